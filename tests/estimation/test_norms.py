@@ -16,19 +16,23 @@ from replication.estimation.linear.norms import (
     compressed,
     hinf_norm,
     l2_gain,
+    spectral_norm,
     white_noise_variance,
 )
 from replication.estimation.linear.periodic import (
     LiftedResponse,
     PeriodicSystem,
     Stage,
+    block_diagonal,
     frequency_response,
     largest_singular_value,
+    simulate,
 )
 from replication.estimation.linear.riccati import (
     RiccatiMap,
     apply,
     circle_angles,
+    period_map,
     recentre,
     settled,
     stacked,
@@ -105,6 +109,17 @@ def test_the_bracket_holds_a_brute_force_grid(seed: int, n: int, N: int) -> None
     assert attained == pytest.approx(norm.lower, rel=AGREEMENT)
 
 
+@settings(max_examples=30)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 4), st.integers(1, 4))
+def test_the_norm_is_free_of_the_units_of_the_states(seed: int, n: int, N: int) -> None:
+    system, rng = stable_system(seed, n, N), np.random.default_rng(seed)
+    units = 10.0 ** rng.uniform(-4, 4, n)
+    other = PeriodicSystem(
+        tuple(Stage(units[:, None] * A / units, units[:, None] * B, C / units, D) for A, B, C, D in system.stages)
+    )
+    assert l2_gain(other).value == pytest.approx(l2_gain(system).value, rel=AGREEMENT)
+
+
 def test_balanced_and_compressed_systems_have_the_same_response() -> None:
     system = stable_system(6, 3, 4)
     lifted = system.lift()
@@ -120,12 +135,26 @@ def test_balanced_and_compressed_systems_have_the_same_response() -> None:
         )
 
 
+def test_spectral_norm_is_the_largest_singular_value() -> None:
+    rng = np.random.default_rng(7)
+    for shape in ((3, 5), (5, 3), (1, 1), (0, 3)):
+        matrix = rng.normal(size=shape) + 1j * rng.normal(size=shape)
+        expected = np.linalg.norm(matrix, 2) if matrix.size else 0.0
+        assert spectral_norm(matrix) == pytest.approx(expected, rel=ROUNDING)
+
+
 @pytest.mark.parametrize("a", [1.0, -1.0, 1.5])
 def test_an_unstable_system_has_no_finite_gain(a: float) -> None:
     system = PeriodicSystem((Stage(*(np.array([[entry]]) for entry in (a, 1.0, 1.0, 0.0))),))
     for measure in (l2_gain, white_noise_variance):
         with pytest.raises(InfeasibleError, match="not stable"):
             measure(system)
+
+
+@pytest.mark.parametrize("bad", [[["a"]], [[1, 2]], [1.0], [[float("nan")]], [[1j]]])
+def test_bad_matrices_are_named(bad: Any) -> None:
+    with pytest.raises(InvalidInputError, match="A"):
+        hinf_norm(bad, [[1.0]], [[1.0]], [[0.0]])
 
 
 def random_map(rng: np.random.Generator, n: int) -> RiccatiMap:
@@ -144,6 +173,18 @@ def states_along(stages: list[RiccatiMap], X: Array) -> list[Array]:
 def random_state(rng: np.random.Generator, n: int) -> Array:
     root = rng.normal(size=(n, n))
     return root @ root.T
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 4), st.integers(1, 7))
+def test_the_period_map_is_the_stages_one_after_the_other(seed: int, n: int, N: int) -> None:
+    rng = np.random.default_rng(seed)
+    stages, X = [random_map(rng, n) for _ in range(N)], random_state(rng, n)
+    stepwise = X
+    for stage in stages:
+        stepwise = apply(stage, stepwise)
+    np.testing.assert_allclose(
+        apply(period_map(stacked(stages)), X), stepwise, rtol=0, atol=1e-9 * np.linalg.norm(stepwise)
+    )
 
 
 @pytest.mark.parametrize("N", [1, 2, 3, 4, 5, 7, 8, 13])
@@ -222,6 +263,11 @@ def test_the_frequency_response_solves_its_equation() -> None:
     np.testing.assert_allclose(frequency_response(stage, 0.7), series, atol=1e-9)
 
 
+def test_blocks_without_rows_or_columns_keep_their_place() -> None:
+    total = block_diagonal([np.ones((1, 0)), np.ones((0, 2)), np.ones((1, 1))])
+    np.testing.assert_array_equal(total, [[0, 0, 0], [0, 0, 1]])
+
+
 ONE = np.eye(1)
 
 
@@ -230,9 +276,11 @@ ONE = np.eye(1)
     [
         ((), "at least one stage"),
         (((ONE, ONE, ONE),), "four matrices"),
+        ((7,), "four matrices"),
         (((np.zeros((0, 0)), ONE, ONE, ONE),), "at least one state"),
         (((np.ones((2, 1)), ONE, ONE, ONE),), "A_0 must have 2 columns"),
         (((ONE, np.ones((2, 1)), ONE, ONE),), "B_0 must have 1 rows"),
+        (((ONE, ONE, np.ones((1, 2)), ONE),), "C_0 must have 1 columns"),
         (((ONE, ONE, ONE, np.ones((2, 1))),), "D_0 must have 1 rows"),
         (((ONE, ONE, ONE, ONE), (np.eye(2), ONE, ONE, ONE)), "A_1 must have 1 rows"),
         (((ONE, ONE, ONE, ONE * np.nan),), "D_0 must be finite"),
@@ -241,6 +289,16 @@ ONE = np.eye(1)
 def test_stages_that_do_not_fit_are_named(stages: Any, message: str) -> None:
     with pytest.raises(InvalidInputError, match=message):
         PeriodicSystem(stages)
+
+
+def test_a_simulation_of_one_period_is_the_lifted_system() -> None:
+    rng = np.random.default_rng(7)
+    system = PeriodicSystem(
+        tuple(Stage(*(rng.normal(size=shape) for shape in ((2, 2), (2, 3), (1, 2), (1, 3)))) for _ in range(4))
+    )
+    inputs, start, lifted = rng.normal(size=(4, 3)), rng.normal(size=2), system.lift()
+    expected = lifted.C @ start + lifted.D @ inputs.ravel()
+    assert np.abs(simulate(system, inputs, start).ravel() - expected).max() < ROUNDING * np.abs(expected).max()
 
 
 RANDOM = MultiratePlant(

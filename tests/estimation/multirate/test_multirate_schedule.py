@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import product
+from math import gcd
 from unittest.mock import patch
 
 import control
@@ -32,6 +33,11 @@ def test_the_example_of_the_paper() -> None:
     np.testing.assert_array_equal(apart.selection(7), np.diag([0.0, 1.0]))
     assert [apart.measured(k) for k in range(3)] == [(0,), (1,), ()]
     assert SensingSchedule([3, 6], np.array([0, 1])) == apart  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("first", "second"), [(2, 3), (3, 3), (4, 6), (6, 4), (8, 12), (5, 1)])
+def test_two_sensors_have_as_many_timings_as_their_common_divisor(first: int, second: int) -> None:
+    assert list(distinct_offsets((first, second))) == [(0, theta) for theta in range(gcd(first, second))]
 
 
 @pytest.mark.parametrize("periods", [(2, 4), (2, 2, 4), (3, 6, 2)])
