@@ -169,8 +169,8 @@ def test_algorithm_1_ends_where_the_range_is_covered(name: str, reason: str) -> 
 
 def test_a_cell_that_does_not_force_the_level_is_refused() -> None:
     certificate = load("same-level-1")
-    problem, periods = certificates._problem(certificate)
-    problem = certificates.in_modal_coordinates(problem)
+    plant, periods = certificates._problem(certificate)
+    problem = certificates.modal(plant)
     half = (periods.h_u - periods.h_l) / (2 * certificate["parameters"]["cells"])
     failing = []
     for cell in (0, 1, 2):
