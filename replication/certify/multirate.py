@@ -23,7 +23,7 @@ from replication.certify.rounding import (
 from replication.errors import SolverError
 from replication.estimation import multirate
 from replication.estimation.linear.norms import l2_gain
-from replication.estimation.linear.periodic import PeriodicSystem, Stage, frequency_response
+from replication.estimation.linear.periodic import PeriodicSystem, Stage, frequency_response, lifted
 from replication.estimation.linear.riccati import RiccatiMap, settled, stacked
 from replication.estimation.multirate import losses
 from replication.estimation.multirate.kalman import state_scales
@@ -78,13 +78,18 @@ def unseen_forever(problem: MultirateProblem, angle: float) -> tuple[list[list[s
     """
     turn = rational_turn(angle)
     plant, N = problem.plant, problem.schedule.period
-    hidden = [-np.linalg.pinv(plant.D[rows]) @ plant.C[rows] for rows in problem.measured_rows()]
+    hidden = [_hidden(plant, rows) for rows in problem.measured_rows()]
     zero = np.zeros((plant.W.shape[0], plant.B_d.shape[1]))
     states = PeriodicSystem(tuple(Stage(plant.A, plant.B_d, plant.W, zero) for _ in range(N)))
     noises = PeriodicSystem(tuple(Stage(plant.A, plant.B_d, H, np.zeros((len(H), plant.B_d.shape[1]))) for H in hidden))
     T_x, T_w = (frequency_response(system.lift(), turn.angle) for system in (states, noises))
     largest = _largest(T_x.conj().T @ T_x, np.eye(T_w.shape[1]) + T_w.conj().T @ T_w)
     return turn.matrix, _phases(largest, [plant.B_d.shape[1]] * N, turn)
+
+
+def _hidden(plant: MultiratePlant, rows: list[int]) -> Array:
+    """From x_k to the noise that hides it."""
+    return np.asarray(-np.linalg.pinv(plant.D[rows]) @ plant.C[rows])
 
 
 def unseen_for_long(problem: MultirateProblem, level: float) -> tuple[int, list[Any], float]:
@@ -105,16 +110,10 @@ def unseen_for_long(problem: MultirateProblem, level: float) -> tuple[int, list[
 def _best_of_length(problem: MultirateProblem, start: int, length: int) -> tuple[float, Array]:
     """The largest ratio of z(1) .. z(T) to d, w at 0 .. T - 1 without a measurement, and its d (T, m_d)."""
     plant, rows = problem.plant, problem.measured_rows()
-    m = plant.B_d.shape[1]
-    state = np.zeros((plant.order, length * m))
-    outputs, noises = [], [np.eye(length * m)]
-    for k in range(length):
-        measured = rows[(start + k) % len(rows)]
-        noises.append(np.linalg.pinv(plant.D[measured]) @ plant.C[measured] @ state)
-        state = plant.A @ state
-        state[:, k * m : (k + 1) * m] += plant.B_d
-        outputs.append(plant.W @ state)
-    Z, V = np.vstack(outputs), np.vstack(noises)
+    A, B, W, m = plant.A, plant.B_d, plant.W, plant.B_d.shape[1]
+    hidden = (_hidden(plant, rows[(start + k) % len(rows)]) for k in range(length))
+    Z = lifted([Stage(A, B, W @ A, W @ B)] * length).D
+    V = np.vstack([np.eye(length * m), lifted([Stage(A, B, H, np.zeros((len(H), m))) for H in hidden]).D])
     d = np.real(_largest(Z.T @ Z, V.T @ V))
     return float(np.linalg.norm(Z @ d) / np.linalg.norm(V @ d)), d.reshape(length, m)
 

@@ -95,13 +95,8 @@ def lifted(stages: Sequence[Stage]) -> Stage:
 
 
 def block_diagonal(blocks: Sequence[Array]) -> Array:
-    """Block diagonal matrix that, unlike scipy's, keeps the rows of blocks without columns and the reverse."""
-    rows = np.cumsum([0, *(block.shape[0] for block in blocks)])
-    columns = np.cumsum([0, *(block.shape[1] for block in blocks)])
-    total = np.zeros((rows[-1], columns[-1]))
-    for i, block in enumerate(blocks):
-        total[rows[i] : rows[i + 1], columns[i] : columns[i + 1]] = block
-    return total
+    """Block diagonal matrix, with the rows of blocks without columns and the reverse."""
+    return np.asarray(scipy.linalg.block_diag(*blocks), dtype=float)
 
 
 def monodromy(steps: Array) -> Array:

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import Any
-from unittest.mock import patch
 
 import numpy as np
 import pytest
 from multirate_examples import CART as MOVED
 from multirate_examples import Conditioned, correlated, problem
 
-from replication.errors import InvalidInputError
 from replication.estimation import multirate
 from replication.estimation.api.running import UnscheduledSampleWarning
-from replication.estimation.multirate import running as starting
 from replication.estimation.multirate.kalman import filter_gains, kalman_design, smoothing_limit
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.multirate.running import KalmanFilter, StartingFilter
@@ -98,30 +94,6 @@ def test_a_longer_lag_is_better_and_tends_to_the_smoother(name: str) -> None:
     np.testing.assert_allclose(turned, smoothing_limit(given, X), rtol=1e-7, atol=EQUAL)
 
 
-@pytest.mark.parametrize("P0", [None, np.eye(2)])
-@pytest.mark.parametrize(
-    ("u", "y", "message"),
-    [
-        ([1.0], [math.inf, 0], "y must be finite"),
-        ([1.0], [1.0], "y must have 2 entries"),
-        ([1.0], ["a", 0], "y must hold numbers"),
-        ([math.nan], [0, 0], "u must be 1 numbers"),
-        (None, [0, 0], "u must be 1 numbers"),
-    ],
-)
-def test_bad_values_leave_it_as_it_was(P0: Any, u: Any, y: Any, message: str) -> None:
-    result = multirate.design(CART, periods=(1, 3), goal="h2", P0=P0)
-    assert isinstance(result, multirate.KalmanResult)
-    run, other = result.filter(lag=1), result.filter(lag=1)
-    for each in (run, other):
-        each.step([1.0], [0.5, 0.2])
-    with pytest.raises(InvalidInputError, match=message):
-        run.step(u, y)
-    assert run.instant == other.instant
-    for a, b in zip(run.step([1.0], [0.1, None]), other.step([1.0], [0.1, np.nan]), strict=True):
-        np.testing.assert_array_equal(a, b)
-
-
 def test_covariances_over_time_are_those_of_the_running_filter() -> None:
     result = multirate.design(CART, periods=(1, 3), goal="h2", P0=P0)
     assert isinstance(result, multirate.KalmanResult)
@@ -137,20 +109,6 @@ def test_covariances_over_time_are_those_of_the_running_filter() -> None:
     np.testing.assert_allclose(steady[3:6], steady[:3], atol=EQUAL)
 
 
-@pytest.mark.parametrize("name", cases())
-def test_a_filter_that_has_settled_goes_on_as_the_recursion_does(name: str) -> None:
-    """Over many periods, with two measurements that do not come when all had settled; the other one keeps nothing."""
-    given, steps = cases()[name], 900
-    run, plain = StartingFilter(given, P0), StartingFilter(given, P0)
-    with patch.object(starting, "corrected", wraps=starting.corrected) as computed:
-        for k in range(steps):
-            y = np.where(given.schedule.mask[k % given.schedule.period] & (k not in (600, 601)), 0.3, np.nan)
-            plain._kept.clear()
-            one, other = run.step([0.0], y), plain.step([0.0], y)
-            np.testing.assert_allclose(one.predicted_covariance, other.predicted_covariance, rtol=EQUAL, atol=EQUAL)
-    assert computed.call_count < 2 * steps
-
-
 @pytest.mark.parametrize("start", [None, P0])
 def test_what_is_handed_out_cannot_change_the_filter(start: Any) -> None:
     result = multirate.design(CART, periods=(1, 3), goal="h2", P0=start)
@@ -162,21 +120,6 @@ def test_what_is_handed_out_cannot_change_the_filter(start: Any) -> None:
             kept[0] = 7.0
     run.estimate[:] = 7.0
     np.testing.assert_array_equal(run.estimate, step.prediction)
-
-
-def test_what_was_due_and_did_not_come_is_counted() -> None:
-    plain = cases()["plain"]
-    run, start = (
-        KalmanFilter(plain, filter_gains(plain, kalman_design(plain).X, 0)),
-        StartingFilter(cases()["plain"], P0),
-    )
-    for found in (run, start):
-        for k, y in enumerate(([1.0, 2.0], [None, 2.0], [1.0, None], [None, None])):
-            found.step([0.0], y)
-            due = plain.schedule.mask[np.arange(k + 1) % plain.schedule.period]
-            came = np.array([[True, True], [False, True], [True, False], [False, False]])[: k + 1]
-            assert found.missed == np.sum(due & ~came)
-        assert found.missed > 0
 
 
 def test_a_sample_off_its_schedule_is_used_where_the_covariance_is_followed() -> None:

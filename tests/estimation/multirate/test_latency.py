@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -17,52 +16,6 @@ from replication.estimation.multirate import MultiratePlant
 from replication.estimation.validation import Array
 
 EQUAL = 1e-9
-
-
-def past_states(latency: tuple[int, ...]) -> MultiratePlant:
-    """The cart with all of its past states and inputs as states: another augmentation, larger than needed."""
-    n, m, depth = CART.order, CART.B_u.shape[1], max(latency)
-    size = n * (depth + 1) + m * depth
-    A = np.eye(size, k=-n)
-    A[:n, :n], A[:n, n:] = CART.A, 0.0
-    A[n * (depth + 1) :] = 0.0
-    B_u, B_d = np.zeros((size, m)), np.zeros((size, 1))
-    B_u[:n], B_d[:n] = CART.B_u, CART.B_d
-    inputs = n * (depth + 1)
-    if depth:
-        B_u[inputs : inputs + m] = np.eye(m)
-        A[inputs + m :, inputs : size - m] = np.eye(m * (depth - 1))
-    C, D_u = np.zeros((2, size)), np.zeros((2, m))
-    for i, late in enumerate(latency):
-        C[i, n * late : n * (late + 1)] = CART.C[i]
-        if late:
-            C[i, inputs + m * (late - 1) : inputs + m * late] = CART.D_u[i]
-        else:
-            D_u[i] = CART.D_u[i]
-    return MultiratePlant(A=A, B_d=B_d, B_u=B_u, C=C, D=CART.D, D_u=D_u, W=np.eye(n, size), dt=CART.dt)
-
-
-@pytest.mark.parametrize("latency", [(0, 1), (2, 1), (3, 0)])
-def test_whole_latencies_are_the_augmentation_by_hand(latency: tuple[int, ...]) -> None:
-    ours = multirate.design(CART, periods=(1, 4), latency=latency)
-    by_hand = multirate.design(past_states(latency), periods=(1, 4))
-    assert ours.fact("optimum").value == pytest.approx(by_hand.fact("optimum").value, rel=EQUAL)
-    kalman = multirate.design(CART, periods=(1, 4), latency=latency, goal="h2")
-    other = multirate.design(past_states(latency), periods=(1, 4), goal="h2")
-    assert kalman.fact("rms error").value == pytest.approx(other.fact("rms error").value, rel=EQUAL)
-    assert np.allclose(kalman.gains["P"][:, :2, :2], other.gains["P"][:, :2, :2], rtol=EQUAL, atol=EQUAL)
-    without = multirate.design(CART, periods=(1, 4)).value
-    assert ours.value > without * (1 + 1e-6)
-
-
-def test_both_augmentations_run_alike() -> None:
-    rng, latency = np.random.default_rng(3), (2, 1)
-    ours = multirate.design(CART, periods=(1, 4), latency=latency, goal="h2").observer()
-    other = multirate.design(past_states(latency), periods=(1, 4), goal="h2").observer()
-    for _ in range(60):
-        u, y = rng.standard_normal(1), np.where(rng.random(2) < 0.2, np.nan, rng.standard_normal(2))
-        assert np.allclose(ours.step(u, y), other.step(u, y)[:2], rtol=1e-8, atol=1e-8)
-    assert ours.missed == other.missed > 0
 
 
 def measured(latency: tuple[float, ...], u: Array, d: Array) -> tuple[Array, Array]:
@@ -129,12 +82,6 @@ def test_a_state_space_in_continuous_time_is_the_plant_of_arrays() -> None:
     assert found.signals.outputs == ("place", "speed")
     assert len(found.signals.states) == len(found.problem.plant.A)
     assert found.to_statespace().nstates == found.problem.plant.order
-
-
-def test_older_samples_are_worth_less() -> None:
-    levels = [multirate.design(MOVING, periods=(1, 3), latency=(age, 0)).value for age in range(5)]
-    assert all(a <= b * (1 + 1e-7) for a, b in pairwise(levels))
-    assert levels[0] < levels[-1]
 
 
 def test_analyse_gives_the_level_of_a_design() -> None:

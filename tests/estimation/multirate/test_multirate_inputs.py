@@ -68,43 +68,28 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ({"A": np.ones((2, 3))}, "A must have 2 columns"),
     ({"A": np.eye(3)}, "C must have 3 columns|B_d must have 3 rows"),
     ({"A": np.zeros((0, 0))}, "A must have at least one state"),
-    ({"A": [[1j, 0], [0, 1]]}, "A must be an array of real numbers"),
     ({"A": [[0.9, float("nan")], [0, 1]]}, r"A must be finite, entry \(0, 1\)"),
-    ({"B_d": np.ones((3, 1))}, "B_d must have 2 rows"),
     ({"B_d": np.zeros((2, 0))}, "B_d needs a column"),
-    ({"C": np.ones((1, 3))}, "C must have 2 columns"),
-    ({"C": np.zeros((0, 2))}, "C must have at least one row"),
     ({"D": np.eye(3)}, "D must have 2 rows"),
     ({"W": np.ones((1, 3))}, "W must have 2 columns"),
-    ({"W": np.zeros((0, 2))}, "W a row"),
     ({"B_u": np.ones((3, 1))}, "B_u must have 2 rows"),
     ({"B_w": np.ones((2, 1))}, "B_w must have 2 columns"),
     ({"dt": 0}, "dt must be positive"),
     ({"periods": ()}, "at least one sensor"),
     ({"periods": (0, 2)}, r"periods\[0\] must be at least 1"),
     ({"periods": (2, 2.5)}, r"periods\[1\] must be a whole number, got 2.5"),
-    ({"periods": 3}, "periods must be a sequence"),
     ({"periods": "23"}, "periods must be a sequence"),
-    ({"periods": [[2], [3]]}, "periods must be a sequence"),
-    ({"periods": (2, 3), "offsets": (0,)}, "one entry per sensor"),
     ({"periods": (2, 3), "offsets": (0, 1, 0)}, "one entry per sensor"),
     ({"periods": (2, 3), "offsets": 1}, "offsets must be a sequence"),
     ({"periods": (2, 3), "offsets": (0, 3)}, r"offsets\[1\] must be a whole number from 0 to 2, got 3"),
-    ({"periods": (2, 3), "offsets": (-1, 0)}, r"offsets\[0\] must be a whole number from 0 to 1, got -1"),
-    ({"periods": (2, 3), "offsets": (0, 1.0)}, r"offsets\[1\] must be a whole number"),
     ({"periods": (2, 3), "offsets": (0, True)}, r"offsets\[1\] must be a whole number"),
-    ({"periods": (2, 3), "offsets": (0, None)}, r"offsets\[1\] must be a whole number"),
     ({"periods": (997, 1009)}, "repeat together only every"),
     ({"A": [[1e80, 0.0], [0.0, 0.95]]}, r"A has an entry of size 1e\+80, whose powers"),
-    ({"D": [[1e160, 0], [0, 1]]}, r"D has an entry of size 1e\+160"),
     ({"W": [[1e160, 0.0]]}, r"W has an entry of size 1e\+160"),
     ({"under_way": 5}, "under_way must be at most 1, got 5"),
-    ({"under_way": "two"}, "under_way must be a whole number"),
     ({"periods": (1, 10**30)}, "repeat together only every 10{30} instants, more than 100000"),
-    ({"periods": (2,)}, "the schedule is of 1, the plant of 2 sensors"),
     ({"periods": (1, 2, 2)}, "the schedule is of 3, the plant of 2 sensors"),
     ({"D": [[1, 0], [0, 0]]}, r"full row rank on the sensors measured together, \(0, 1\)|\(1,\)"),
-    ({"D": [[1, 0], [2, 0]]}, r"full row rank on the sensors measured together, \(0, 1\)"),
     ({"D": np.zeros((2, 0))}, "full row rank"),
     (
         {"A": [[1.1, 0.2], [0, 0.9]], "C": [[0, 1], [0, 2]]},
@@ -139,7 +124,15 @@ def covariances(**given: Any) -> MultiratePlant:
     return MultiratePlant.from_covariances(A=[[0.5]], C=[[1]], Q=[[1]], R=[[1]], **given)
 
 
+SOLVED: list[Callable[[Any], Any]] = [
+    *DESIGNS.values(),
+    optimum.noncausal_bound,
+    lambda it: optimum.achievable(it, 1.0),
+    lambda it: lmi.lmi_analysis(it, np.zeros((6, 3, 2))),
+]
 REFUSED: list[tuple[str, Callable[[], Any]]] = [
+    *(("problem must be a MultirateProblem, got .*; build it by", partial(work, PAPER)) for work in SOLVED),
+    ("system must be a PeriodicSystem, got", lambda: l2_gain(ANY)),
     *(("gains must", partial(PUBLISHED["table (2, 3)"].error_system, gains)) for gains in GAINS),
     ("gains must have shape", lambda: observer_system(PUBLISHED["table (2, 3)"], np.zeros((5, 3, 2)))),
     *(("level must be", partial(riccati_design, PUBLISHED["case A"], level)) for level in LEVELS),
@@ -189,22 +182,6 @@ def test_a_sensor_that_hides_a_rotation_between_its_instants() -> None:
     assert problem(two, (4, 4), (0, 1)).schedule.period == 4
 
 
-def test_detectability_does_not_depend_on_the_units_of_states() -> None:
-    rng = np.random.default_rng(0)
-    for _ in range(50):
-        n = int(rng.integers(2, 6))
-        V, units = rng.normal(size=(n, n)), 10.0 ** rng.uniform(-4, 4, n)
-        A = V @ np.diag([1.3, *rng.uniform(-0.9, 0.9, n - 1)]) @ np.linalg.inv(V)
-        for lost in (False, True):
-            C = (rng.normal(size=(1, n)) * ([0.0] + [1.0] * (n - 1) if lost else 1.0)) @ np.linalg.inv(V)
-            plant = MultiratePlant(A=units[:, None] * A / units, B_d=np.ones((n, 1)), C=C / units, D=[[1]])
-            if lost:
-                with pytest.raises(InvalidInputError, match="not detectable"):
-                    problem(plant, (3,))
-            else:
-                problem(plant, (3,))
-
-
 def test_noise_is_needed_only_on_sensors_that_measure_together() -> None:
     shared = replace(PAPER, D=np.array([[1.0], [0.5]]))
     assert optimum.optimum(problem(shared, (2, 2), (0, 1))).value > 0
@@ -212,51 +189,6 @@ def test_noise_is_needed_only_on_sensors_that_measure_together() -> None:
         problem(shared, (2, 2))
     quiet = replace(PAPER, D=np.diag([1.0, 1e-11]))
     assert problem(quiet, (2, 3)).schedule.period == 6
-
-
-def test_inputs_are_left_alone_and_the_plant_keeps_its_own_copy() -> None:
-    given = {name: np.array(value, dtype=float) for name, value in GOOD.items()}
-    before = {name: value.copy() for name, value in given.items()}
-    plant = MultiratePlant(**given)
-    two = MultirateProblem(plant, SensingSchedule((2, 3)))
-    for design in DESIGNS.values():
-        design(two)
-    gains = kalman_design(two).gains
-    kept = gains.copy()
-    lmi.lmi_analysis(two, gains, accept=("optimal", "optimal_inaccurate"))
-    np.testing.assert_array_equal(gains, kept)
-    for name, value in given.items():
-        np.testing.assert_array_equal(value, before[name])
-        assert value.flags.writeable
-    given["A"][0, 0] = 99.0
-    assert plant.A[0, 0] == before["A"][0, 0]
-    with pytest.raises(ValueError, match="read-only"):
-        plant.A[0, 0] = 1.0
-
-
-def test_the_same_input_gives_the_same_bits() -> None:
-    two = problem(PAPER, (2, 3))
-    for name, design in DESIGNS.items():
-        first, second = design(two), design(problem(PAPER, (2, 3)))
-        if name == "optimum":
-            assert first == second
-        else:
-            np.testing.assert_array_equal(first.gains, second.gains)
-
-
-@pytest.mark.usefixtures("no_solver")
-@pytest.mark.parametrize("given", [None, PAPER, SensingSchedule((2, 3))], ids=["none", "plant", "schedule"])
-def test_what_is_not_a_problem_is_named(given: Any) -> None:
-    others: dict[str, Callable[[Any], Any]] = {
-        "achievable": lambda it: optimum.achievable(it, 1.0),
-        "noncausal": optimum.noncausal_bound,
-        "analysis": lambda it: lmi.lmi_analysis(it, np.zeros((6, 3, 2))),
-    }
-    for design in {**DESIGNS, **others}.values():
-        with pytest.raises(InvalidInputError, match=r"problem must be a MultirateProblem, got .*; build it by"):
-            design(given)
-    with pytest.raises(InvalidInputError, match="system must be a PeriodicSystem, got"):
-        l2_gain(given)
 
 
 class TestFromStateSpace:
@@ -285,16 +217,10 @@ class TestFromStateSpace:
             (control.ss([[-1]], [[1]], [[1]], [[0]]), {}, "must be discrete-time, its dt is 0"),
             (control.ss([[0.5]], [[1]], [[1]], [[0]], None), {}, "must be discrete-time, its dt is None"),
             (control.ss([[0.5]], [[1]], [[1]], [[2]], 1), {}, "no feedthrough"),
-            (SYSTEM, {"disturbances": ["rain"]}, "no input 'rain'; the inputs are force, gust, drift"),
             (SYSTEM, {"disturbances": [3]}, "no input 3"),
-            (SYSTEM, {"disturbances": [-1]}, "no input -1"),
             (SYSTEM, {"disturbances": [True]}, "no input True"),
-            (SYSTEM, {"disturbances": [1.0]}, "no input 1.0"),
-            (SYSTEM, {"disturbances": "gust"}, "disturbances must be a sequence"),
             (SYSTEM, {"disturbances": ["gust", 1]}, "each input once"),
-            (SYSTEM, {"disturbances": []}, "B_d needs a column"),
             (SYSTEM, {"D": np.eye(3)}, "D must have 2 rows"),
-            (SYSTEM, {"W": np.eye(3)}, "W must have 2 columns"),
         ],
     )
     def test_what_does_not_fit_is_named(self, system: Any, options: dict[str, Any], message: str) -> None:

@@ -121,10 +121,6 @@ def test_every_status_but_solved_is_an_error(status: str, error: type[Exception]
     raise_unless_solved(report, accept=(status,))
 
 
-SAME = 1e-6
-"""Relative agreement of two centres found from different starts: the Newton decrement at which a centre is accepted."""
-
-
 def random_problem(seed: int, n: int, periods: tuple[int, ...]) -> MultirateProblem:
     return problem_of(drawn_plant(np.random.default_rng(seed), n, len(periods), 2), periods)
 
@@ -157,35 +153,6 @@ def test_each_point_brackets_the_optimum_and_its_gains_keep_their_level(
         due = np.swapaxes(point.gains, 1, 2)
         assert np.all(due[~problem.schedule.mask] == 0) and np.all(due[problem.schedule.mask].any(axis=-1))
     assert points[-1].level / best - 1 < 1e-6
-
-
-def test_the_gap_shrinks_by_the_factor_and_ends_where_asked() -> None:
-    problem = random_problem(3, 3, (2, 3))
-    gap = 0.01 * optimum(problem).value ** 2
-    points = list(central_path(problem, kalman_gains(problem), gap=gap, factor=2.0))
-    gaps = np.array([point.gap for point in points])
-    assert gaps[-1] == gap
-    np.testing.assert_allclose(gaps[:-2] / gaps[1:-1], 2.0)
-    assert 1.0 <= gaps[-2] / gaps[-1] <= 2.0
-    assert np.all(np.diff([point.level for point in points]) < 0)
-
-
-@pytest.mark.parametrize(("seed", "n", "periods"), PROBLEMS)
-def test_centres_do_not_depend_on_the_states_that_describe_the_plant(
-    seed: int, n: int, periods: tuple[int, ...]
-) -> None:
-    problem = random_problem(seed, n, periods)
-    plant, T = problem.plant, np.random.default_rng(seed + 100).normal(size=(n, n)) + 2 * np.eye(n)
-    back = np.linalg.inv(T)
-    changed = MultirateProblem(
-        MultiratePlant(A=T @ plant.A @ back, B_d=T @ plant.B_d, C=plant.C @ back, D=plant.D, W=plant.W @ back),
-        problem.schedule,
-    )
-    gap = 1e-3 * optimum(problem).value ** 2
-    *_, one = central_path(problem, kalman_gains(problem), gap=gap)
-    *_, other = central_path(changed, T @ kalman_gains(problem), gap=gap, factor=4.0)
-    assert other.level == pytest.approx(one.level, rel=SAME)
-    np.testing.assert_allclose(other.gains, T @ one.gains, rtol=0, atol=SAME * np.abs(T @ one.gains).max() * 10)
 
 
 def test_the_centre_of_the_printed_inequality_is_the_same_by_a_general_solver() -> None:

@@ -198,14 +198,6 @@ def test_fit_of_a_multirate_design_recovers_the_truth_and_designs_again(late: in
         assert fit(designed(guess), log).log_likelihood < best.log_likelihood - 10
 
 
-def test_fit_of_a_plant_in_continuous_time() -> None:
-    whole = HELD.after(HELD.dt)
-    best = fit(designed(replace(HELD, Q=[0.0, 0.1])), driven(whole, 1500, 0, 5))
-    assert best.values[0] * 0.1 == pytest.approx(0.7, rel=0.5)
-    found = best.plant.B_d @ best.plant.B_d.T
-    np.testing.assert_allclose(found, whole.B_d @ whole.B_d.T * best.values[0] / 7, atol=1e-12)
-
-
 def test_a_latency_is_found_and_can_be_held() -> None:
     given: dict[str, Any] = {"latencies": {"x": 0.02}, "biases": ("x",)}
     log = stamped(8, LATE)

@@ -64,16 +64,6 @@ def test_a_wrong_model_is_not_consistent() -> None:
     assert slow.white.min() < 1e-6
 
 
-def test_fit_recovers_the_truth_from_a_wrong_guess() -> None:
-    guess = replace(CART, Q=CART.Q * 8, R=CART.R * np.diag([0.2, 5.0]))
-    best = fit(guess, simulated(bias=0.0), **GIVEN)
-    truth = np.array([0.5, 0.04, 0.01])
-    assert best.names == ("Q[1][1]", "R[x]", "R[v]")
-    assert np.all(np.abs(np.log(best.values / truth)) < 3 * best.errors)
-    assert np.all(best.errors < 0.3)
-    assert best.replay.consistent
-
-
 def test_what_the_log_does_not_tell_is_named() -> None:
     twice = NoisyPlant([[-1.0, 0], [0, -1.0]], [[1, 1]], Q=np.eye(2), R=[0.1], sensors=["y"])
     rng, x = np.random.default_rng(2), [0.0]

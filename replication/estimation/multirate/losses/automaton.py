@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, reduce
 
 import numpy as np
 
@@ -72,9 +72,9 @@ class Automaton:
         return max(self.phases) + 1
 
     @cached_property
-    def first(self) -> list[int]:
-        """The nodes at phase 0."""
-        return [i for i, phase in enumerate(self.phases) if phase == 0]
+    def nodes(self) -> list[list[int]]:
+        """The nodes of each phase."""
+        return [[i for i, own in enumerate(self.phases) if own == phase] for phase in range(self.period)]
 
     @cached_property
     def by_phase(self) -> list[list[int]]:
@@ -125,7 +125,7 @@ class Automaton:
     def cycles(self) -> list[Word]:
         """Periodic patterns, the shortest first; each once, wherever it begins."""
         period, found = self.period, dict[Word, Word]()
-        queue: deque[tuple[int, int, Word]] = deque((start, start, ()) for start in self.first)
+        queue: deque[tuple[int, int, Word]] = deque((start, start, ()) for start in self.nodes[0])
         for _ in range(WALKS):
             if not queue or len(found) >= CYCLES:
                 break
@@ -221,13 +221,11 @@ def visits(cases: Automaton) -> Array:
 
     From the start and one period on: the least-squares solution of pi T = pi, sum 1, of the chain at phase 0.
     """
-    moves = _over_period(cases, [np.array([[edge.probability]]) for edge in cases.edges], 1)
-    count = len(cases.first)
-    system = np.vstack([np.eye(count) - moves, np.ones(count)])
-    pi = np.zeros(len(cases.phases))
-    pi[cases.first] = np.linalg.lstsq(system, np.append(np.zeros(count), 1.0), rcond=None)[0]
-    for edge in (cases.edges[i] for ways in cases.by_phase[:-1] for i in ways):
-        pi[edge.target] += edge.probability * pi[edge.source]
+    steps = _steps(cases, [np.array([[edge.probability]]) for edge in cases.edges])
+    system = np.vstack([np.eye(len(cases.nodes[0])) - _product(steps), np.ones(len(cases.nodes[0]))])
+    state, pi = np.linalg.lstsq(system, np.eye(len(system))[-1], rcond=None)[0], np.zeros(len(cases.phases))
+    for nodes, step in zip(cases.nodes, steps, strict=True):
+        pi[nodes], state = state, step @ state
     return np.where(pi > RARE, pi, 0.0)
 
 
@@ -252,23 +250,29 @@ def mean_square(problem: MultirateProblem, cases: Automaton, gains: Array) -> Me
     loops = [closed_loop(problem.plant, gain) for gain in gains]
     short, long = _halves(n)
     maps = [edge.probability * short @ np.kron(A, A) @ long for edge, (A, _) in zip(cases.edges, loops, strict=True)]
-    period = _over_period(cases, maps, len(short))
+    steps = _steps(cases, maps)
+    period = _product(steps)
     radius = float(np.max(np.abs(np.linalg.eigvals(period))))
     if radius >= 1 - MARGIN:
         raise InfeasibleError(
             f"the mean square error grows by {radius:.6g} over each period of the schedule, so it has no stationary "
             "value under these losses; design the gains for them, measure more often, or lose less"
         )
-    added = [
-        edge.probability * pi[edge.source] * (short @ (B @ B.T).ravel())
-        for edge, (_, B) in zip(cases.edges, loops, strict=True)
-    ]
-    states = _along(cases, maps, added, np.zeros((len(cases.phases), len(short))))
-    start = np.linalg.solve(np.eye(len(period)) - period, states[cases.first].ravel())
-    before = np.zeros_like(states)
-    before[cases.first] = start.reshape(len(cases.first), len(short))
-    states = _along(cases, maps, added, before)
-    X = (states @ long.T).reshape(-1, n, n)
+    added = np.zeros((len(cases.phases), len(short)))
+    for edge, (_, B) in zip(cases.edges, loops, strict=True):
+        added[edge.target] += edge.probability * pi[edge.source] * (short @ (B @ B.T).ravel())
+
+    def along(start: Array) -> list[Array]:
+        """The states of the nodes of each phase, and those of phase 0 after the period."""
+        states = [start]
+        for step, nodes in zip(steps, (*cases.nodes[1:], cases.nodes[0]), strict=True):
+            states.append(step @ states[-1] + added[nodes].ravel())
+        return states
+
+    start = np.asarray(np.linalg.solve(np.eye(len(period)) - period, along(np.zeros(len(period)))[-1]), dtype=float)
+    X = np.zeros((len(cases.phases), n, n))
+    for nodes, state in zip((*cases.nodes, cases.nodes[0]), along(start), strict=True):
+        X[nodes] = (state.reshape(len(nodes), -1) @ long.T).reshape(-1, n, n)
     total = np.einsum("za,kab,zb->", problem.plant.W, X, problem.plant.W)
     return MeanSquare(pi, X, float(np.sqrt(total / problem.schedule.period)), radius)
 
@@ -322,7 +326,7 @@ def _gain(problem: MultirateProblem, edge: Edge, X: Array, pi: float) -> Array:
 
 
 def _require_size(cases: Automaton, n: int) -> None:
-    unknowns = max(cases.phases.count(phase) for phase in set(cases.phases)) * n * (n + 1) // 2
+    unknowns = max(map(len, cases.nodes)) * n * (n + 1) // 2
     if unknowns > MOST_UNKNOWNS:
         raise InvalidInputError(
             f"the covariances of one instant have {unknowns} entries, more than {MOST_UNKNOWNS}; send the samples "
@@ -340,25 +344,17 @@ def _halves(n: int) -> tuple[Array, Array]:
     return short, long
 
 
-def _over_period(cases: Automaton, maps: list[Array], size: int) -> Array:
-    """The map of the stacked states of the nodes at phase 0 over one period."""
-    place = [cases.phases[:i].count(phase) for i, phase in enumerate(cases.phases)]
-    total = np.eye(len(cases.first) * size)
-    for phase, ways in enumerate(cases.by_phase):
-        step = np.zeros((cases.phases.count((phase + 1) % cases.period) * size, cases.phases.count(phase) * size))
+def _steps(cases: Automaton, maps: list[Array]) -> list[Array]:
+    """The maps of the edges as one of the stacked states of all nodes of a phase to those of the next."""
+    size, place, steps = len(maps[0]), {node: i for nodes in cases.nodes for i, node in enumerate(nodes)}, list[Array]()
+    for ways, nodes, after in zip(cases.by_phase, cases.nodes, (*cases.nodes[1:], cases.nodes[0]), strict=True):
+        step = np.zeros((len(after), size, len(nodes), size))
         for i in ways:
-            to, at = place[cases.edges[i].target] * size, place[cases.edges[i].source] * size
-            step[to : to + size, at : at + size] += maps[i]
-        total = step @ total
-    return total
+            step[place[cases.edges[i].target], :, place[cases.edges[i].source]] += maps[i]
+        steps.append(step.reshape(len(after) * size, len(nodes) * size))
+    return steps
 
 
-def _along(cases: Automaton, maps: list[Array], added: list[Array], states: Array) -> Array:
-    """The states of all nodes over one period, from those of phase 0; these are those after the period."""
-    states, after = states.copy(), np.zeros_like(states)
-    for phase, ways in enumerate(cases.by_phase):
-        to = after if phase == cases.period - 1 else states
-        for i in ways:
-            to[cases.edges[i].target] += maps[i] @ states[cases.edges[i].source] + added[i]
-    states[cases.first] = after[cases.first]
-    return states
+def _product(steps: list[Array]) -> Array:
+    """The map over all steps, the first one first."""
+    return reduce(lambda total, step: step @ total, steps)

@@ -143,8 +143,8 @@ class DrawnLosses(Shown):
 
 def drawn_nodes(cases: Automaton, visited: Array, runs: int, rng: np.random.Generator) -> NDArray[np.intp]:
     """The node at which each run begins, from the stationary distribution at phase 0."""
-    shares = visited[cases.first] / visited[cases.first].sum()
-    return np.asarray(rng.choice(cases.first, size=runs, p=shares), dtype=np.intp)
+    shares = visited[cases.nodes[0]] / visited[cases.nodes[0]].sum()
+    return np.asarray(rng.choice(cases.nodes[0], size=runs, p=shares), dtype=np.intp)
 
 
 def drawn_walks(

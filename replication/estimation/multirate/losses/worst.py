@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -42,13 +43,12 @@ class Walks:
 
     problem: MultirateProblem
     automaton: Automaton
-    T: Array
     unit: float
 
-    @classmethod
-    def of(cls, problem: MultirateProblem, automaton: Automaton, unit: float) -> Walks:
-        """In coordinates in which the error of a Kalman filter without losses has covariance one."""
-        return cls(problem, automaton, state_scales(problem), unit)
+    @cached_property
+    def T(self) -> Array:
+        """Coordinates in which the error of a Kalman filter without losses has covariance one."""
+        return state_scales(self.problem)
 
     def weight(self, phase: int) -> Array:
         """W in these units."""
@@ -226,7 +226,7 @@ def bracket(problem: MultirateProblem, cases: Automaton, gains: Array, words: li
     lower, word = worst_pattern(problem, cases, gains, words)
     best, tree, unit = Worst(lower, np.inf, word, cases, np.zeros((0, 0, 0))), cases, lower if lower > 0 else 1.0
     while True:
-        walks = Walks.of(problem, tree, unit)
+        walks = Walks(problem, tree, unit)
         moved = [walks.moved(i, gains[edge.origin]) for i, edge in enumerate(tree.edges)]
         try:
             storage = least_level(walks, moved)
@@ -261,7 +261,7 @@ def bracket(problem: MultirateProblem, cases: Automaton, gains: Array, words: li
 def growing(problem: MultirateProblem, cases: Automaton, gains: Array) -> list[Word]:
     """A periodic pattern along which the error of `gains` (edges, n, q) grows, if large products lead to one."""
     steps = [closed_loop(problem.plant, gain)[0] for gain in gains]
-    for start in cases.first:
+    for start in cases.nodes[0]:
         front: list[tuple[int, Word, Array]] = [(start, (), np.eye(problem.plant.order))]
         for _ in range(LONGEST * cases.period):
             ahead: dict[int, list[tuple[int, Word, Array]]] = {}
@@ -283,7 +283,7 @@ def growing(problem: MultirateProblem, cases: Automaton, gains: Array) -> list[W
 def found_level(problem: MultirateProblem, cases: Automaton, gains: Array, words: list[Word]) -> float:
     """The largest exact gain of patterns that are soon found; raises InfeasibleError if one makes the error grow."""
     level, _ = worst_pattern(problem, cases, gains, words)
-    walks = Walks.of(problem, cases, level if level > 0 else 1.0)
+    walks = Walks(problem, cases, level if level > 0 else 1.0)
     try:
         flux = least_level(walks, [walks.moved(i, gain) for i, gain in enumerate(gains)]).flux
     except SolverError:
@@ -310,7 +310,7 @@ def least_gains(problem: MultirateProblem, cases: Automaton, unit: float) -> Arr
 
     unit: a level of about the right size. Raises InfeasibleError or SolverError if there are none.
     """
-    walks = Walks.of(problem, cases, unit)
+    walks = Walks(problem, cases, unit)
     opened = [walks.open_loop(i) for i in range(len(cases.edges))]
     kernels = [kernel(seen, moved.shape[1]) for moved, seen in opened]
     storage = least_level(walks, [moved for moved, _ in opened], kernels)
