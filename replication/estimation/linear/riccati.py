@@ -202,6 +202,23 @@ def from_zero(stages: RiccatiMap) -> Array | None:
     return states if states is not None and np.all(np.isfinite(states)) else None
 
 
+def gramians(stages: Iterable[tuple[Array, Array]]) -> Array | None:
+    """The P (N, n, n) that repeat under P_{k+1} = A_k P_k A_k' + B_k B_k' of stages (A_k, B_k), None if none do.
+
+    The horizon is doubled until no entry grows beside its own variances, so that units of the states do not matter.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        levels = tree(stacked(RiccatiMap(A, np.zeros_like(A), B @ B.T) for A, B in stages))
+        step, _, total = _only(levels[-1])
+        for _ in range(MAX_DOUBLINGS):
+            grown = symmetric(step @ total @ step.T)
+            total, step = total + grown, step @ step
+            size = np.sqrt(np.diag(total))
+            if np.all(np.abs(grown) <= np.finfo(float).eps * np.outer(size, size)):
+                return down(levels, total)
+    return None
+
+
 def _only(stages: RiccatiMap) -> RiccatiMap:
     return RiccatiMap(*(part[0] for part in stages))
 
