@@ -128,18 +128,18 @@ class _Process:
     def __init__(self) -> None:
         self.child: Any = None
 
-    def answer(self, *asked: Any) -> Any:
+    def answer(self, *arguments: Any) -> Any:
         """What `_called` gives; raises SdpaGaveUp if the process ends without an answer. The next one gets another."""
         if self.child is None:
             import sdpap.sdpacall  # slow to load; here, for all processes  # noqa: F401
 
             _libraries()
-            self._own, other = Pipe()
-            self.child = get_context("fork").Process(target=_serve, args=(other, self._own), daemon=True)
+            self._own, child_end = Pipe()
+            self.child = get_context("fork").Process(target=_serve, args=(child_end, self._own), daemon=True)
             self.child.start()
-            other.close()
+            child_end.close()
         try:
-            self._own.send(asked)
+            self._own.send(arguments)
             return self._own.recv()
         except (EOFError, ConnectionError):
             self.end()
@@ -159,12 +159,12 @@ class _Process:
             self.child = None
 
 
-def _serve(own: Connection, other: Connection) -> None:
-    other.close()
+def _serve(child_end: Connection, parent_end: Connection) -> None:
+    parent_end.close()
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # SDPA's remarks, which its status says too
     with contextlib.suppress(EOFError, KeyboardInterrupt):
         while True:
-            own.send(_called(*own.recv()))
+            child_end.send(_called(*child_end.recv()))
 
 
 _shared: ContextVar[_Process | None] = ContextVar("_shared", default=None)
@@ -199,24 +199,24 @@ def solve_sdpa(program: Program, options: SdpaOptions | None = None) -> Solution
     within the options; else SolverError.
     """
     settings = options or SdpaOptions()
-    x, y, said = run_sdpa(program, settings.as_dict(), settings.threads)
-    solution = Solution(program, program.symmetric(x), y, said)
+    x, y, report = run_sdpa(program, settings.as_dict(), settings.threads)
+    solution = Solution(program, program.symmetric(x), y, report)
     residuals = solution.residuals()
     trace = program.least_trace(y)
     if trace > ENDLESS:
         raise InfeasibleError(
-            f"SDPA proves that there is no solution (status {said.status}): the matrices would have a trace above "
+            f"SDPA proves that there is no solution (status {report.status}): the matrices would have a trace above "
             f"{trace:.1e}; relax the level or raise the degree"
         )
     negative = [-least for name, least in residuals.items() if "eigenvalue" in name]
     gap, residual = residuals["gap"], max(residuals["equalities"], *negative)
     if not (gap <= settings.gap and residual <= settings.residual):
         raise SolverError(
-            f"SDPA stopped with status {said.status} after {said.iterations} iterations, gap {gap:.1e}"
+            f"SDPA stopped with status {report.status} after {report.iterations} iterations, gap {gap:.1e}"
             f" and residual {residual:.1e}; whether there is a solution is open, it would have a trace above "
             f"{trace:.1e}; raise the degree, or accept the point by `gap` and `residual` of SdpaOptions"
         )
-    return replace(solution, report=replace(said, residuals=residuals))
+    return replace(solution, report=replace(report, residuals=residuals))
 
 
 OPTIONS: Options = {
@@ -253,17 +253,17 @@ def minimise_refined(cost: Array, group: Inequalities) -> tuple[Array, Array, So
     measured here, in the units of the program. A feasible point with too large a gap is refined. Raises SolverError if
     the gap exceeds GAP or an inequality is violated by more than RESIDUAL all the same.
     """
-    point, duals, said = _solve(cost, group, OPTIONS)
-    report = _measured(cost, group, point, duals, said)
+    point, duals, claim = _solve(cost, group, OPTIONS)
+    report = _measured(cost, group, point, duals, claim)
     for refinement in range(1, REFINEMENTS + 1):
         if _accurate(report) or report.residuals["primal"] > RESIDUAL:
             break
         local = _local(cost, group, point)
-        step, duals, said = _solve(local.cost, local.group, LOCAL_OPTIONS)
+        step, duals, claim = _solve(local.cost, local.group, LOCAL_OPTIONS)
         point = point + np.linalg.solve(local.unknowns, step)
         duals = local.size * np.swapaxes(local.slacks, 1, 2) @ duals @ local.slacks
-        said = replace(said, options={**LOCAL_OPTIONS, "refinement": refinement})
-        report = _measured(cost, group, point, duals, said)
+        claim = replace(claim, options={**LOCAL_OPTIONS, "refinement": refinement})
+        report = _measured(cost, group, point, duals, claim)
     if not _accurate(report):
         what = f"(status {report.status}, residuals {report.residuals})"
         raise SolverError(
@@ -277,13 +277,13 @@ def _solve(cost: Array, group: Inequalities, options: Options) -> tuple[Array, A
     """The point and the duals (K, q, q) where SDPA ended; after fewer iterations where it gives up in a later one."""
     program = program_under(cost, group)
     try:
-        duals, point, said = run_sdpa(program, options)
+        duals, point, claim = run_sdpa(program, options)
     except SdpaGaveUp:
         fewer = int(options["maxIteration"] * FEWER)
         if fewer < LEAST:
             raise
         return _solve(cost, group, {**options, "maxIteration": fewer})
-    return point, np.array(program.matrices(duals)), said
+    return point, np.array(program.matrices(duals)), claim
 
 
 def _accurate(report: SolverReport) -> bool:
@@ -321,7 +321,7 @@ def _local(cost: Array, group: Inequalities, x0: Array) -> _Local:
     return _Local(cost / size, Inequalities(constant, coefficients, group.variables), triangle, slacks, size)
 
 
-def _measured(cost: Array, group: Inequalities, x: Array, duals: Array, said: SolverReport) -> SolverReport:
+def _measured(cost: Array, group: Inequalities, x: Array, duals: Array, claim: SolverReport) -> SolverReport:
     """What SDPA said, with residuals computed from the data of the program.
 
     The gap counts what the dual point lacks: its equations times the unknowns, its eigenvalues times the slack.
@@ -336,4 +336,4 @@ def _measured(cost: Array, group: Inequalities, x: Array, duals: Array, said: So
         "dual": float(equations.max()),
         "gap": (abs(objective - bound) + lacking) / (1 + abs(objective)),
     }
-    return replace(said, residuals=residuals)
+    return replace(claim, residuals=residuals)

@@ -104,8 +104,8 @@ def continuous_norm(A: Array, B: Array, C: Array, D: Array) -> GainBracket:
         return np.asarray(2.0 * np.arctan(np.abs(values.imag[on_axis]) / rate))
 
     slow = poles[np.argmax(poles.real / np.abs(poles))]
-    found = peak(one_by_one(value), crossings, float(2.0 * np.arctan(np.abs(slow.imag) / rate)))
-    return replace(found, angle=float(rate * np.tan(found.angle / 2.0)))
+    bracket = peak(one_by_one(value), crossings, float(2.0 * np.arctan(np.abs(slow.imag) / rate)))
+    return replace(bracket, angle=float(rate * np.tan(bracket.angle / 2.0)))
 
 
 def l2_gain(system: PeriodicSystem) -> GainBracket:
