@@ -189,14 +189,14 @@ class Told:
         Where that has the name of a sentence, it is left out if False, and said for each of a list.
         """
 
-        def said(results: Results) -> Iterator[str]:
+        def sentences(results: Results) -> Iterator[str]:
             values = facts(results)
             for name, text in self.said["findings"].items():
                 named = values.get(name)
                 cases = named if isinstance(named, list) else [] if named is False else [{}]
                 yield from (text.format(**{**values, **case}) for case in cases)
 
-        return lambda results: tuple(said(results))
+        return lambda results: tuple(sentences(results))
 
     def _filled(self, row: Mapping[str, Any]) -> dict[str, Any]:
         try:

@@ -72,7 +72,7 @@ LOOSEST = "the central filter at the largest level that rounds to the print"
 UNDECIDED = "The bracket does not decide: its ends lie on both sides of the level."
 
 
-def kept(reading: str, level: float, lower: float, upper: float) -> Outcome:
+def level_outcome(reading: str, level: float, lower: float, upper: float) -> Outcome:
     """Whether a gain between `lower` and `upper` keeps a level, and by how much at least; undecided between them."""
     if upper <= level or lower > level:
         end = upper if upper <= level else lower
@@ -98,8 +98,8 @@ def guaranteed(e: int, results: Results) -> Evidence:
         else ""
     )
     loosest = {f"{LOOSEST}, lower": results["loosest.1"]["lower"]} if e == 1 else {}
-    every = kept(NOT_NOMINAL, printed, r["lower"], r["upper"])
-    outcomes = (some_level(e, results), kept(GRID_PERIODS, printed, r["nominal"], r["nominal"]), every)
+    every = level_outcome(NOT_NOMINAL, printed, r["lower"], r["upper"])
+    outcomes = (some_level(e, results), level_outcome(GRID_PERIODS, printed, r["nominal"], r["nominal"]), every)
     return Evidence(
         method="Worst-case l2 gain over all sampling sequences. Lower end: the ratio along one sequence. Upper end: a "
         "path-dependent Lyapunov function for the continuum of periods. For the grid: the exact norm at its period.",
@@ -200,7 +200,7 @@ def solution_is_valid(e: int, results: Results) -> Evidence:
 def own_solution_is_valid(e: int, results: Results) -> Evidence:
     """Whether the level on the grid of the corrected algorithm is exceeded: (6) at every period would keep it."""
     solution = results[f"own-grid.{e}"]
-    outcome = kept(CORRECTED_GRID, solution["level"], solution["lower"], solution["upper"])
+    outcome = level_outcome(CORRECTED_GRID, solution["level"], solution["lower"], solution["upper"])
     return Evidence(
         method="The level of step 2 on the grid of the corrected algorithm, against the gain that its filter has "
         "along a sampling sequence; if (6) held at all periods, the level would be that of every sequence.",

@@ -24,8 +24,8 @@ LAWS = {
 
 def draws(seeds: int, seed: int, **setting: Any) -> Json:
     """||e|| / ||w|| of the printed filter for the disturbance of the text over `seeds` sequences of uniform random
-    periods, the band of their errors, and the first of them; setting: what `_given` takes."""
-    system, span, filter_, w = _given(**setting)
+    periods, the band of their errors, and the first of them; setting: what `_setting` takes."""
+    system, span, filter_, w = _setting(**setting)
     steps = len(w)
     sequences = np.random.default_rng(seed).uniform(span.h_l, span.h_u, (seeds, steps))
     errors = filter_.errors(system, sequences, w)[..., 0]
@@ -42,8 +42,8 @@ def draws(seeds: int, seed: int, **setting: Any) -> Json:
 
 def laws(seeds: int, seed: int, **setting: Any) -> Json:
     """||e|| / ||w|| of the printed filter for `seeds` sequences under each law, and ||z|| / ||w||, which the error has
-    with no filter; setting: what `_given` takes."""
-    system, span, filter_, w = _given(**setting)
+    with no filter; setting: what `_setting` takes."""
+    system, span, filter_, w = _setting(**setting)
     # One simulation gives both: the error of the estimate, and that of the estimate zero.
     both = SampledPlant(system.A, system.B, system.C, system.D, np.vstack([system.L, system.L]))
     beside = Filter(filter_.A, filter_.B, np.vstack([filter_.C, 0 * filter_.C]))
@@ -59,7 +59,7 @@ def laws(seeds: int, seed: int, **setting: Any) -> Json:
     return ratios
 
 
-def _given(
+def _setting(
     plant: Matrices, periods: list[float], printed: Matrices, steps: int, size: float, decay: float, frequency: float
 ) -> tuple[SampledPlant, PeriodRange, Filter, Array]:
     """Plant, range, printed filter, and w_k = size exp(-decay k) sin(frequency pi k) as a column."""

@@ -93,13 +93,13 @@ def diagonals(stated: Json, half_unit: float, bound: int) -> Json:
     """
     text = Stated(**stated)
 
-    def tried(poles: Any) -> list[tuple[list[float], Matrix, float]]:
+    def evaluations(poles: Any) -> list[tuple[list[float], Matrix, float]]:
         candidates = [(entries, with_diagonal(text.A, entries)) for entries in exact_diagonals(text.A, poles)]
         return [(entries, A, abs(complex(*error_poles(A, text.gains, text.C)[0]))) for entries, A in candidates]
 
     # The imaginary part of a real pole stays zero.
     moves = [(-half_unit, 0.0, half_unit) if part else (0.0,) for part in np.ravel(text.poles)]
-    moved = [tried(np.add(text.poles, np.reshape(move, (-1, 2)))) for move in itertools.product(*moves)]
+    moved = [evaluations(np.add(text.poles, np.reshape(move, (-1, 2)))) for move in itertools.product(*moves)]
     return {
         "moved": len(moved),
         "bound": bound,
@@ -110,7 +110,7 @@ def diagonals(stated: Json, half_unit: float, bound: int) -> Json:
                 "least_radius": min(row[number][2] for row in moved),
                 "fits": recover_outputs(A, text.gains, text.error_poles, bound)["fits"],
             }
-            for number, (entries, A, radius) in enumerate(tried(text.poles))
+            for number, (entries, A, radius) in enumerate(evaluations(text.poles))
         ],
     }
 
@@ -120,15 +120,15 @@ def smallest_change(plant: dict[str, Matrix], gains: Array, poles: Array) -> Arr
     acting = np.broadcast_to(SCHEDULE.mask[:, None, :], gains.shape)
     target = np.poly(poles)
 
-    def placed(change: Array) -> Array:
+    def gain_shifts(change: Array) -> Array:
         shifts = np.zeros(gains.shape)
         shifts[acting] = change
         return shifts
 
     def residual(change: Array) -> Array:
-        return np.real(np.poly(error_monodromy(plant["A"], gains + placed(change), plant["C"])) - target)[1:]
+        return np.real(np.poly(error_monodromy(plant["A"], gains + gain_shifts(change), plant["C"])) - target)[1:]
 
-    return placed(_root(residual, np.zeros(acting.sum())))
+    return gain_shifts(_root(residual, np.zeros(acting.sum())))
 
 
 def _root(residual: Callable[[Array], Array], start: Array) -> Array:
