@@ -12,14 +12,14 @@ from __future__ import annotations
 
 import contextlib
 import os
+import pickle
+import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import version
-from multiprocessing import Pipe, get_context
-from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
@@ -126,45 +126,54 @@ class _Process:
     """
 
     def __init__(self) -> None:
-        self.child: Any = None
+        self.child = 0
 
-    def answer(self, *arguments: Any) -> Any:
+    def answer(self, *asked: Any) -> Any:
         """What `_called` gives; raises SdpaGaveUp if the process ends without an answer. The next one gets another."""
-        if self.child is None:
-            import sdpap.sdpacall  # slow to load; here, for all processes  # noqa: F401
-
-            _libraries()
-            self._own, child_end = Pipe()
-            self.child = get_context("fork").Process(target=_serve, args=(child_end, self._own), daemon=True)
-            self.child.start()
-            child_end.close()
+        if not self.child:
+            self._begin()
         try:
-            self._own.send(arguments)
-            return self._own.recv()
-        except (EOFError, ConnectionError):
+            pickle.dump(asked, self._asked)
+            self._asked.flush()
+            return pickle.load(self._told)
+        except (EOFError, BrokenPipeError):
             self.end()
             raise SdpaGaveUp(
                 "SDPA gave up in the middle of a factorisation; rescale the plant, or ask for another level"
             ) from None
         except BaseException:
-            self.child.kill()
+            os.kill(self.child, signal.SIGKILL)
             self.end()
             raise
 
+    def _begin(self) -> None:
+        import sdpap.sdpacall  # slow to load; here, for all processes  # noqa: F401
+
+        _libraries()
+        (asked, asking), (telling, tell) = os.pipe(), os.pipe()
+        self.child = os.fork()
+        if self.child == 0:
+            try:
+                os.close(asking)
+                os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # SDPA's remarks, which its status says too
+                with os.fdopen(asked, "rb") as questions, os.fdopen(tell, "wb") as answers:
+                    while True:
+                        pickle.dump(_called(*pickle.load(questions)), answers)
+                        answers.flush()
+            finally:
+                os._exit(0)
+        os.close(asked)
+        os.close(tell)
+        self._asked, self._told = os.fdopen(asking, "wb"), os.fdopen(telling, "rb")
+
     def end(self) -> None:
         """End the process and wait for it, if there is one."""
-        if self.child is not None:
-            self._own.close()
-            self.child.join()
-            self.child = None
-
-
-def _serve(child_end: Connection, parent_end: Connection) -> None:
-    parent_end.close()
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # SDPA's remarks, which its status says too
-    with contextlib.suppress(EOFError, KeyboardInterrupt):
-        while True:
-            child_end.send(_called(*child_end.recv()))
+        if self.child:
+            with contextlib.suppress(BrokenPipeError):  # of what it never read
+                self._asked.close()
+            self._told.close()
+            os.waitpid(self.child, 0)
+            self.child = 0
 
 
 _shared: ContextVar[_Process | None] = ContextVar("_shared", default=None)
@@ -199,24 +208,24 @@ def solve_sdpa(program: Program, options: SdpaOptions | None = None) -> Solution
     within the options; else SolverError.
     """
     settings = options or SdpaOptions()
-    x, y, report = run_sdpa(program, settings.as_dict(), settings.threads)
-    solution = Solution(program, program.symmetric(x), y, report)
+    x, y, said = run_sdpa(program, settings.as_dict(), settings.threads)
+    solution = Solution(program, program.symmetric(x), y, said)
     residuals = solution.residuals()
     trace = program.least_trace(y)
     if trace > ENDLESS:
         raise InfeasibleError(
-            f"SDPA proves that there is no solution (status {report.status}): the matrices would have a trace above "
+            f"SDPA proves that there is no solution (status {said.status}): the matrices would have a trace above "
             f"{trace:.1e}; relax the level or raise the degree"
         )
     negative = [-least for name, least in residuals.items() if "eigenvalue" in name]
     gap, residual = residuals["gap"], max(residuals["equalities"], *negative)
     if not (gap <= settings.gap and residual <= settings.residual):
         raise SolverError(
-            f"SDPA stopped with status {report.status} after {report.iterations} iterations, gap {gap:.1e}"
+            f"SDPA stopped with status {said.status} after {said.iterations} iterations, gap {gap:.1e}"
             f" and residual {residual:.1e}; whether there is a solution is open, it would have a trace above "
             f"{trace:.1e}; raise the degree, or accept the point by `gap` and `residual` of SdpaOptions"
         )
-    return replace(solution, report=replace(report, residuals=residuals))
+    return replace(solution, report=replace(said, residuals=residuals))
 
 
 OPTIONS: Options = {
@@ -253,17 +262,17 @@ def minimise_refined(cost: Array, group: Inequalities) -> tuple[Array, Array, So
     measured here, in the units of the program. A feasible point with too large a gap is refined. Raises SolverError if
     the gap exceeds GAP or an inequality is violated by more than RESIDUAL all the same.
     """
-    point, duals, claim = _solve(cost, group, OPTIONS)
-    report = _measured(cost, group, point, duals, claim)
+    point, duals, said = _solve(cost, group, OPTIONS)
+    report = _measured(cost, group, point, duals, said)
     for refinement in range(1, REFINEMENTS + 1):
         if _accurate(report) or report.residuals["primal"] > RESIDUAL:
             break
         local = _local(cost, group, point)
-        step, duals, claim = _solve(local.cost, local.group, LOCAL_OPTIONS)
+        step, duals, said = _solve(local.cost, local.group, LOCAL_OPTIONS)
         point = point + np.linalg.solve(local.unknowns, step)
         duals = local.size * np.swapaxes(local.slacks, 1, 2) @ duals @ local.slacks
-        claim = replace(claim, options={**LOCAL_OPTIONS, "refinement": refinement})
-        report = _measured(cost, group, point, duals, claim)
+        said = replace(said, options={**LOCAL_OPTIONS, "refinement": refinement})
+        report = _measured(cost, group, point, duals, said)
     if not _accurate(report):
         what = f"(status {report.status}, residuals {report.residuals})"
         raise SolverError(
@@ -277,13 +286,13 @@ def _solve(cost: Array, group: Inequalities, options: Options) -> tuple[Array, A
     """The point and the duals (K, q, q) where SDPA ended; after fewer iterations where it gives up in a later one."""
     program = program_under(cost, group)
     try:
-        duals, point, claim = run_sdpa(program, options)
+        duals, point, said = run_sdpa(program, options)
     except SdpaGaveUp:
         fewer = int(options["maxIteration"] * FEWER)
         if fewer < LEAST:
             raise
         return _solve(cost, group, {**options, "maxIteration": fewer})
-    return point, np.array(program.matrices(duals)), claim
+    return point, np.array(program.matrices(duals)), said
 
 
 def _accurate(report: SolverReport) -> bool:
@@ -321,7 +330,7 @@ def _local(cost: Array, group: Inequalities, x0: Array) -> _Local:
     return _Local(cost / size, Inequalities(constant, coefficients, group.variables), triangle, slacks, size)
 
 
-def _measured(cost: Array, group: Inequalities, x: Array, duals: Array, claim: SolverReport) -> SolverReport:
+def _measured(cost: Array, group: Inequalities, x: Array, duals: Array, said: SolverReport) -> SolverReport:
     """What SDPA said, with residuals computed from the data of the program.
 
     The gap counts what the dual point lacks: its equations times the unknowns, its eigenvalues times the slack.
@@ -336,4 +345,4 @@ def _measured(cost: Array, group: Inequalities, x: Array, duals: Array, claim: S
         "dual": float(equations.max()),
         "gap": (abs(objective - bound) + lacking) / (1 + abs(objective)),
     }
-    return replace(claim, residuals=residuals)
+    return replace(said, residuals=residuals)
