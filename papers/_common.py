@@ -73,7 +73,7 @@ def common_levels(
 
 def solvers(*results: Mapping[str, Any]) -> tuple[SolverRecord, ...]:
     """The accounts of the solvers behind results, of each its `solvers`, or its one `solver`."""
-    return tuple(SolverRecord(**one) for found in results for one in found.get("solvers") or [found["solver"]])
+    return tuple(SolverRecord(**entry) for record in results for entry in record.get("solvers") or [record["solver"]])
 
 
 def outcomes_of(margins: Mapping[str, float]) -> tuple[Outcome, ...]:
@@ -81,10 +81,10 @@ def outcomes_of(margins: Mapping[str, float]) -> tuple[Outcome, ...]:
     return tuple(Outcome(reading=reading, holds=margin > 0, margin=margin) for reading, margin in margins.items())
 
 
-def by_margin(margins: Mapping[str, float], **told: Any) -> Evidence:
+def by_margin(margins: Mapping[str, float], **fields: Any) -> Evidence:
     """A statement that holds where a margin is positive; margins: by reading, that of the claim first."""
-    found = outcomes_of(margins)
-    return Evidence(holds=found[0].holds, margin=found[0].margin, outcomes=found, **told)
+    outcomes = outcomes_of(margins)
+    return Evidence(holds=outcomes[0].holds, margin=outcomes[0].margin, outcomes=outcomes, **fields)
 
 
 def figure_data(named: Mapping[str, Iterable[float]]) -> FigureData:
@@ -143,7 +143,7 @@ class Told:
 
     def simple(self) -> dict[str, Any]:
         """What needs nothing else, as `paper` takes it: readings, formulas and tables."""
-        readings = [{"name": name, **self._filled(said)} for name, said in self.said["readings"].items()]
+        readings = [{"name": name, **self._filled(entry)} for name, entry in self.said["readings"].items()]
         return {
             "readings": msgspec.convert(readings, tuple[Reading, ...], strict=False),
             "formulas": msgspec.convert(self.said["formulas"], tuple[Formula, ...]),
@@ -156,18 +156,18 @@ class Told:
 
     def parts(self, *parts: Part) -> tuple[Part, ...]:
         """All parts of the text in its order: these, and those that are left out with a reason."""
-        own = {part.title: part for part in parts}
-        return tuple(own[said] if isinstance(said, str) else Part(**said) for said in self.said["scope"]["parts"])
+        index = {part.title: part for part in parts}
+        return tuple(index[entry] if isinstance(entry, str) else Part(**entry) for entry in self.said["scope"]["parts"])
 
     def errata(self, proofs: Proofs) -> tuple[Erratum, ...]:
         """The errata, each with the function of its name that proves it, which gets the words of its `proof`."""
         _require_same("errata", self.said["errata"], proofs)
-        found = []
-        for name, one in self.said["errata"].items():
-            said = {"uses": (), **one}
-            prove = partial(proofs[name], said.pop("proof"))
-            found.append(Erratum(id=name, prove=prove, **{**self._filled(said), "uses": tuple(said["uses"])}))
-        return tuple(found)
+        errata = []
+        for name, entry in self.said["errata"].items():
+            fields = {"uses": (), **entry}
+            prove = partial(proofs[name], fields.pop("proof"))
+            errata.append(Erratum(id=name, prove=prove, **{**self._filled(fields), "uses": tuple(fields["uses"])}))
+        return tuple(errata)
 
     def figures(self, drawn: Drawn) -> tuple[Figure, ...]:
         """The figures; drawn: by name what gives the data of each, what draws them, and what `title` and `alt` name.
@@ -175,13 +175,13 @@ class Told:
         That may be a column of the data too: `{tau[0]:g}` is its first entry.
         """
         _require_same("figures", self.said["figures"], drawn)
-        found = []
+        figures = []
         for name, (data, plot, facts) in drawn.items():
-            said = dict(self.said["figures"][name])
-            title, alt = (partial(_worded, said.pop(word), facts) for word in ("title", "alt"))
-            told = {**self._filled(said), "uses": tuple(said["uses"])}
-            found.append(Figure(name=name, data=data, plot=plot, title=title, alt=alt, **told))
-        return tuple(found)
+            entry = dict(self.said["figures"][name])
+            title, alt = (partial(_worded, entry.pop(word), facts) for word in ("title", "alt"))
+            fields = {**self._filled(entry), "uses": tuple(entry["uses"])}
+            figures.append(Figure(name=name, data=data, plot=plot, title=title, alt=alt, **fields))
+        return tuple(figures)
 
     def findings(self, facts: Callable[[Results], Mapping[str, Any]]) -> Callable[[Results], tuple[str, ...]]:
         """The sentences that lead the page, with what `facts` finds.
@@ -189,31 +189,29 @@ class Told:
         Where that has the name of a sentence, it is left out if False, and said for each of a list.
         """
 
-        def said(results: Results) -> Iterator[str]:
-            found = facts(results)
+        def sentences(results: Results) -> Iterator[str]:
+            values = facts(results)
             for name, text in self.said["findings"].items():
-                named = found.get(name)
+                named = values.get(name)
                 cases = named if isinstance(named, list) else [] if named is False else [{}]
-                yield from (text.format(**{**found, **case}) for case in cases)
+                yield from (text.format(**{**values, **case}) for case in cases)
 
-        return lambda results: tuple(said(results))
+        return lambda results: tuple(sentences(results))
 
-    def _filled(self, said: Mapping[str, Any]) -> dict[str, Any]:
+    def _filled(self, row: Mapping[str, Any]) -> dict[str, Any]:
         try:
-            return {name: one.format(**self.numbers) if isinstance(one, str) else one for name, one in said.items()}
+            return {name: text.format(**self.numbers) if isinstance(text, str) else text for name, text in row.items()}
         except KeyError as missing:
-            raise AuditError(
-                f"told.toml has {{{missing.args[0]}}} in {said}; give that number to `Told.read`"
-            ) from None
+            raise AuditError(f"told.toml has {{{missing.args[0]}}} in {row}; give that number to `Told.read`") from None
 
 
 def _worded(text: str, facts: Callable[[FigureData], Mapping[str, Any]], figure: FigureData) -> str:
     return text.format(**{**figure.columns, **facts(figure)})
 
 
-def _require_same(what: str, said: Iterable[str], made: Iterable[str]) -> None:
+def _require_same(what: str, entries: Iterable[str], functions: Iterable[str]) -> None:
     """Raise AuditError for an entry of told.toml that no function makes, or the other way about."""
-    lost = sorted(set(said) ^ set(made))
+    lost = sorted(set(entries) ^ set(functions))
     if lost:
         raise AuditError(
             f"told.toml and the modules do not name the same {what}; only one of them has {', '.join(lost)}"

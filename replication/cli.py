@@ -81,12 +81,12 @@ def _fault(error: Exception) -> str:
     """What to say of an error that nobody foresaw, on one line."""
     if isinstance(error, MemoryError):
         return "there is too little memory for this; close other programs, or take a smaller problem or fewer --jobs"
-    said = " ".join(str(error).split())[:LONGEST]
+    text = " ".join(str(error).split())[:LONGEST]
     here = Path(__file__).parent
     lines = [part for part in traceback.extract_tb(error.__traceback__) if Path(part.filename).is_relative_to(here)]
     where = f"{Path(lines[-1].filename).relative_to(here.parent)}:{lines[-1].lineno}"
     return (
-        f"a fault of this program, {type(error).__name__} at {where}: {said}. Please report it to the authors named in "
+        f"a fault of this program, {type(error).__name__} at {where}: {text}. Please report it to the authors named in "
         f"CITATION.cff, with the command line and what {TRACEBACK}=1 shows besides"
     )
 

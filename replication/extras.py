@@ -34,9 +34,9 @@ def missing(error: BaseException) -> str:
 
 def told(error: BaseException) -> str:
     """The message of an error on one line; of a module that is not there, with how to install it."""
-    said = " ".join(str(error).split())
+    message = " ".join(str(error).split())
     top = missing(error)
-    return f"{said}; install it with `python -m pip install {_wanted(error, top)}`" if top else said
+    return f"{message}; install it with `python -m pip install {_wanted(error, top)}`" if top else message
 
 
 def required() -> list[str]:
@@ -51,9 +51,9 @@ def _wanted(error: BaseException, top: str) -> str:
     """What to install: all of the extra where this program itself asks for the module, else the package alone."""
     places = [frame.f_code.co_filename for frame, _ in traceback.walk_tb(error.__traceback__)]
     asking = [Path(place) for place in places if "importlib" not in place][-1:]
-    own = any(place.is_relative_to(Path(__file__).parent) for place in asking)
-    if own and top in EXTRAS:
+    internal = any(place.is_relative_to(Path(__file__).parent) for place in asking)
+    if internal and top in EXTRAS:
         mark = f'extra == "{EXTRAS[top]}"'
-        if wanted := [line.partition(";")[0].strip() for line in required() if mark in line.replace("'", '"')]:
-            return " ".join(f'"{line}"' for line in wanted)
+        if requirements := [line.partition(";")[0].strip() for line in required() if mark in line.replace("'", '"')]:
+            return " ".join(f'"{line}"' for line in requirements)
     return NAMES.get(top, top)

@@ -71,13 +71,13 @@ def write_directory(directory: Path, files: Mapping[str, bytes]) -> None:
     parent = directory.parent
     parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=parent, prefix=f".{directory.name}.") as temporary:
-        made, earlier = Path(temporary) / "made", Path(temporary) / "earlier"
-        made.mkdir()
+        new, earlier = Path(temporary) / "made", Path(temporary) / "earlier"
+        new.mkdir()
         for name, content in files.items():
-            (made / name).write_bytes(content)
+            (new / name).write_bytes(content)
         if directory.exists():
             directory.rename(earlier)
-        made.rename(directory)
+        new.rename(directory)
 
 
 def require_writable(directory: Path, option: str) -> None:

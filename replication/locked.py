@@ -40,9 +40,9 @@ def part(lock: str, wanted: Iterable[str]) -> str:
 
 def declared(project: str, extras: Iterable[str]) -> list[str]:
     """The packages that pyproject.toml names for the project itself, for these extras, and to build it."""
-    told = tomllib.loads(project)
-    optional = told["project"]["optional-dependencies"]
-    named = [*told["project"]["dependencies"], *told["build-system"]["requires"]]
+    settings = tomllib.loads(project)
+    optional = settings["project"]["optional-dependencies"]
+    named = [*settings["project"]["dependencies"], *settings["build-system"]["requires"]]
     return [*named, *(text for extra in extras for text in optional[extra])]
 
 

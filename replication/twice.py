@@ -49,8 +49,8 @@ def _as_data(outcome: Any) -> Said:
     if theorem is None:
         return {"line": outcome.line(), "proved": False}
     says = [
-        {"of": repr(one.of), "unit": one.unit, "readings": list(one.readings), "items": one.items, "holds": one.holds}
-        for one in theorem.says
+        {"of": repr(row.of), "unit": row.unit, "readings": list(row.readings), "items": row.items, "holds": row.holds}
+        for row in theorem.says
     ]
     sides = {side: _text(getattr(theorem, side)) for side in ("lower", "upper")}
     items = [[_text(end) for end in pair] for pair in theorem.items]
@@ -62,51 +62,51 @@ def _text(side: Any) -> str | None:
     return None if side is None else str(side)
 
 
-def difference(one: Said, other: Said) -> str:
+def difference(left: Said, right: Said) -> str:
     """In what two arithmetics differ on a certificate; empty if they say the same."""
-    if one["proved"] is not other["proved"]:
-        return f"{ARITHMETICS[not one['proved']]} alone proves it"
-    if not one["proved"]:
+    if left["proved"] is not right["proved"]:
+        return f"{ARITHMETICS[not left['proved']]} alone proves it"
+    if not left["proved"]:
         return ""
     for part in ("lower", "upper", "holds"):
-        if one[part] != other[part]:
-            return f"{part} is {one[part]} for {ARITHMETICS[0]}, {other[part]} for {ARITHMETICS[1]}"
-    if not _same_words(one["sentence"], other["sentence"]):
-        return f"the sentences differ: {one['sentence']} / {other['sentence']}"
-    if not _meet(one["items"], other["items"]):
+        if left[part] != right[part]:
+            return f"{part} is {left[part]} for {ARITHMETICS[0]}, {right[part]} for {ARITHMETICS[1]}"
+    if not _same_words(left["sentence"], right["sentence"]):
+        return f"the sentences differ: {left['sentence']} / {right['sentence']}"
+    if not _meet(left["items"], right["items"]):
         return "the enclosures of the listed numbers do not meet"
-    terms = list(zip_longest(one["says"], other["says"]))
+    terms = list(zip_longest(left["says"], right["says"]))
     if not all(a and b and {**a, "items": 0} == {**b, "items": 0} and _meet(a["items"], b["items"]) for a, b in terms):
         return "what they say as data differs"
     return ""
 
 
-def _same_words(one: str, other: str) -> bool:
+def _same_words(left: str, right: str) -> bool:
     """The same sentence, but for the ends of enclosures, which each arithmetic finds by itself."""
-    one, other = (RADIUS.sub("+/- radius]", text) for text in (one, other))
-    numbers = [[Fraction(number) for number in NUMBER.findall(text)] for text in (one, other)]
+    left, right = (RADIUS.sub("+/- radius]", text) for text in (left, right))
+    numbers = [[Fraction(number) for number in NUMBER.findall(text)] for text in (left, right)]
     near = all(abs(a - b) <= ENCLOSED * max(abs(a), abs(b)) for a, b in zip_longest(*numbers, fillvalue=Fraction(0)))
-    return one == other or (NUMBER.sub("#", one) == NUMBER.sub("#", other) and near)
+    return left == right or (NUMBER.sub("#", left) == NUMBER.sub("#", right) and near)
 
 
-def _meet(one: Sequence[Sequence[str | None]], other: Sequence[Sequence[str | None]]) -> bool:
+def _meet(left: Sequence[Sequence[str | None]], right: Sequence[Sequence[str | None]]) -> bool:
     """Whether there are as many enclosures, and each is the same or meets that of the other."""
-    return len(one) == len(other) and all(
+    return len(left) == len(right) and all(
         list(a) == list(b)
         or (None not in (*a, *b) and max(Fraction(a[0]), Fraction(b[0])) <= min(Fraction(a[1]), Fraction(b[1])))  # type: ignore[arg-type]
-        for a, b in zip(one, other, strict=True)
+        for a, b in zip(left, right, strict=True)
     )
 
 
 def by(arithmetic: str, paths: Sequence[Path], root: Path, jobs: int | None) -> list[Said]:
     """What an arithmetic says of these certificates, from a process of its own."""
-    asked = json.dumps({"paths": [str(path) for path in paths], "root": str(root), "jobs": jobs})
-    done = subprocess.run(
+    request = json.dumps({"paths": [str(path) for path in paths], "root": str(root), "jobs": jobs})
+    process = subprocess.run(
         [sys.executable, "-m", "replication.twice"],
-        input=asked, stdout=subprocess.PIPE, text=True, check=True, cwd=ROOT, env={**os.environ, CHOICE: arithmetic},
+        input=request, stdout=subprocess.PIPE, text=True, check=True, cwd=ROOT, env={**os.environ, CHOICE: arithmetic},
     )  # fmt: skip
-    found: list[Said] = json.loads(done.stdout)
-    return found
+    records: list[Said] = json.loads(process.stdout)
+    return records
 
 
 def report(paths: Sequence[Path], root: Path = ROOT, jobs: int | None = 1) -> int:
@@ -124,14 +124,14 @@ def report(paths: Sequence[Path], root: Path = ROOT, jobs: int | None = 1) -> in
         return 1
     proved, conflicts, both = 0, 0, list[Path]()
     pairs = zip(*(by(arithmetic, files, root.absolute(), jobs) for arithmetic in ARITHMETICS), strict=True)
-    for path, (one, other) in zip(files, pairs, strict=True):
-        say(one["line"])
-        conflict = difference(one, other)
+    for path, (left, right) in zip(files, pairs, strict=True):
+        say(left["line"])
+        conflict = difference(left, right)
         if conflict:
             say(f"THE ARITHMETICS DIFFER on {path}: {conflict}")
-        proved += one["proved"]
+        proved += left["proved"]
         conflicts += bool(conflict)
-        if one["proved"] and not conflict:
+        if left["proved"] and not conflict:
             both.append(path)
     say(f"{proved} of {len(files)} certificates proved; {len(both)} of them in both arithmetics")
     if not paths:
@@ -166,12 +166,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     words = "python-flint, or the standard library alone (default: python-flint where it is installed)"
     chosen.add_argument("--arithmetic", choices=ARITHMETICS, help=words)
     # Beside the options: what follows from them is imported once the arithmetic is known.
-    if "--arithmetic" in (given := [*(sys.argv[1:] if arguments is None else arguments)]):
-        os.environ[CHOICE] = (given[given.index("--arithmetic") + 1 :] or [""])[0]
+    if "--arithmetic" in (argv := [*(sys.argv[1:] if arguments is None else arguments)]):
+        os.environ[CHOICE] = (argv[argv.index("--arithmetic") + 1 :] or [""])[0]
     from replication.verify.workers import add_jobs
 
     add_jobs(parser)
-    options = parser.parse_args(given)
+    options = parser.parse_args(argv)
     try:
         if options.both:
             return report(options.paths, jobs=options.jobs)
@@ -184,6 +184,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 if __name__ == "__main__":
-    wanted = json.load(sys.stdin)
-    answers = said([Path(path) for path in wanted["paths"]], Path(wanted["root"]), wanted["jobs"])
+    query = json.load(sys.stdin)
+    answers = said([Path(path) for path in query["paths"]], Path(query["root"]), query["jobs"])
     json.dump(answers, sys.stdout)

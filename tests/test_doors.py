@@ -269,10 +269,12 @@ BRINGS_CODE = re.compile(
     r"\b(?:c?pickle|cloudpickle|dill|shelve|marshal|joblib\.(?:load|Memory)|np\.load|numpy\.load|allow_pickle|yaml\.load"
     r"|exec\(|eval\()"
 )
+ALLOWED = {"replication/estimation/conic/sdpa.py"}
+"""Its pickle comes through a pipe from a process that it forked itself."""
 
 
 def test_no_file_is_read_that_may_bring_code_along() -> None:
     sources = [path for room in ("replication", "papers") for path in (ROOT / room).rglob("*.py")]
     found = {str(path.relative_to(ROOT)) for path in sources if BRINGS_CODE.search(path.read_text(encoding="utf-8"))}
-    assert not found
+    assert found == ALLOWED
     assert BRINGS_CODE.search("joblib.Memory(folder)") and not BRINGS_CODE.search("joblib.Parallel(2)")

@@ -75,19 +75,19 @@ def optimum_upper(theorem: Theorem) -> Json:
     return nonuniform.nominal_upper(theorem) if constant else nonuniform.robust_upper(theorem)
 
 
-def _effort(name: str, *wanted: str) -> Json:
+def _effort(name: str, *keys: str) -> Json:
     """The wanted inputs of the experiment that brackets the same gain, as far as there is one, over a range."""
     kind, _, example = name.rpartition("-")[0].rpartition("-")
     bracket = f"{BRACKETS.get(kind)}.{example}"
     inputs = next((experiment.inputs for experiment in EXPERIMENTS if experiment.name == bracket), {})
-    return {key: inputs[key] for key in wanted if key in inputs}
+    return {key: inputs[key] for key in keys if key in inputs}
 
 
 def grid(theorem: Theorem) -> Json:
     """Bound and witness of the number of elements: brackets of alpha for each pass of the corrected Algorithm 1."""
-    found = _passes(*_problem(theorem))
-    size = str(sum(map(len, found)))
-    return {"bound": {"lower": size, "upper": size}, "witness": {"passes": found}}
+    brackets = _passes(*_problem(theorem))
+    size = str(sum(map(len, brackets)))
+    return {"bound": {"lower": size, "upper": size}, "witness": {"passes": brackets}}
 
 
 def stall(theorem: Theorem) -> Json:
@@ -100,7 +100,7 @@ def output_box(theorem: Theorem) -> Json:
     """For each side of the box of the C_f the half-space that cuts it, by a cone program over points of the circle."""
     system, periods = _problem(theorem)
     filter_, level = nonuniform.filter_of(theorem["plant"]["filter"]), float(Fraction(theorem["parameters"]["level"]))
-    one, turns = np.eye(system.order), np.tan(np.linspace(0, np.pi, ANGLES, endpoint=False) / 2)
+    axes, turns = np.eye(system.order), np.tan(np.linspace(0, np.pi, ANGLES, endpoint=False) / 2)
     points = (1 + 1j * turns) / (1 - 1j * turns)
     F, G = responses(system, periods.middle, filter_, points)
     f, seen_of_plant = F[:, :, 0].T, G[:, 0, 0]
@@ -112,7 +112,7 @@ def output_box(theorem: Theorem) -> Json:
         chosen = [(t, w) for t, w in zip(turns, u.value, strict=True) if abs(w) > SMALL * np.max(np.abs(u.value))]
         return [{"turn": rounded(t, BITS), "u": [rounded(w.real, BITS), rounded(w.imag, BITS)]} for t, w in chosen]
 
-    witness = {name: [half_space(sign * axis) for axis in one] for name, sign in (("above", 1), ("below", -1))}
+    witness = {name: [half_space(sign * axis) for axis in axes] for name, sign in (("above", 1), ("below", -1))}
     return {"witness": witness}
 
 
@@ -121,16 +121,16 @@ def grid_solution(theorem: Theorem) -> Json:
     system, periods = _problem(theorem)
     design = design_for_periods(system, list(build_grid(system, periods).periods))
     # In coordinates in which A_f is made of its eigenvalues, products of many steps stay exact.
-    T, own = modal_transform(design.filter.A), design.filter
-    moved = {"A": T @ own.A @ np.linalg.inv(T), "B": T @ own.B, "C": own.C @ np.linalg.inv(T)}
+    T, optimum = modal_transform(design.filter.A), design.filter
+    moved = {"A": T @ optimum.A @ np.linalg.inv(T), "B": T @ optimum.B, "C": optimum.C @ np.linalg.inv(T)}
     filter_ = {name: rounded_array(matrix, BITS) for name, matrix in moved.items()}
     level = rounded_up(design.level * ROOM, BITS)
     stages = [error_system(system, nonuniform.filter_of(filter_), h) for h in design.periods]
     P = common_storage(stages, float(Fraction(level)))
     over = {"from": "h_l", "to": "h_u", "weight": "samples", "filter": filter_}
-    found = nonuniform.gain_lower({**theorem, "parameters": over}, horizon=HORIZON, final_horizon=HORIZON)
+    attack = nonuniform.gain_lower({**theorem, "parameters": over}, horizon=HORIZON, final_horizon=HORIZON)
     witness = {"passes": _passes(system, periods), "level": level, "filter": filter_, "P": rounded_array(P, BITS)}
-    return {"witness": {**witness, **found["witness"]}}
+    return {"witness": {**witness, **attack["witness"]}}
 
 
 def common_storage(stages: Sequence[Stage], level: float) -> Array:
@@ -139,11 +139,11 @@ def common_storage(stages: Sequence[Stage], level: float) -> Array:
     P, least = cvxpy.Variable((n, n), symmetric=True), cvxpy.Variable()
     supplied = np.zeros((n + m, n + m))
     supplied[n:, n:] = level**2 * np.eye(m)
-    kept = np.eye(n, n + m)
+    selector = np.eye(n, n + m)
     constraints = []
     for stage in stages:
-        M, seen = np.hstack([stage.A, stage.B]), np.hstack([stage.C, np.zeros((len(stage.C), m))])
-        room = kept.T @ P @ kept + supplied - seen.T @ seen - M.T @ P @ M
+        M, output = np.hstack([stage.A, stage.B]), np.hstack([stage.C, np.zeros((len(stage.C), m))])
+        room = selector.T @ P @ selector + supplied - output.T @ output - M.T @ P @ M
         constraints.append((room + room.T) / 2 - least * np.eye(n + m) >> 0)
     solve_modelled(cvxpy.Problem(cvxpy.Maximize(least), constraints))
     return np.asarray(P.value)
@@ -173,7 +173,7 @@ def same_level(theorem: Theorem) -> Json:
     cell = int(np.argmax([alpha for alpha, _ in alphas]))
     alpha, response = alphas[cell]
     _, values, right = np.linalg.svd(delta_block(system, half))
-    made = nonuniform.robust_upper({**theorem, "parameters": {"from": "h_l", "to": "h_u", "weight": "samples"}})
+    design = nonuniform.robust_upper({**theorem, "parameters": {"from": "h_l", "to": "h_u", "weight": "samples"}})
     witness = {
         "cell": cell,
         "alpha": rounded_down(alpha * (1 - FIRST_MARGIN), BITS),
@@ -181,7 +181,7 @@ def same_level(theorem: Theorem) -> Json:
         "radius": rounded_down(float(values[0]) * (1 - FIRST_MARGIN), BITS),
         "direction": rounded_array(right[:1].T, COARSE_BITS),
     }
-    return {"witness": {**witness, "level": made["bound"]["upper"], **made["witness"]}}
+    return {"witness": {**witness, "level": design["bound"]["upper"], **design["witness"]}}
 
 
 def _problem(theorem: Theorem) -> tuple[SampledPlant, PeriodRange]:

@@ -75,11 +75,11 @@ def repeated_row(text: str, results: Results) -> Proof:
 
 def steps_of_algorithm(text: str, results: Results) -> Proof:
     """Root and union in step 4: read as printed the range is covered in neither example; the correct one covers it."""
-    found = {e: results[f"grids.{e}"] for e in EXAMPLES}
-    runs = [grids["algorithm"] for grids in found.values()]
+    records = {e: results[f"grids.{e}"] for e in EXAMPLES}
+    runs = [grids["algorithm"] for grids in records.values()]
     literal = {step_4: {run[form.name]["end"] for run in runs for form in AS_PRINTED[step_4]} for step_4 in AS_PRINTED}
-    by_root = all(grids["intervals"]["corrected, root"]["covers"] for grids in found.values())
-    by_alpha = any(covers_as_step_3_prints(grids) for grids in found.values())
+    by_root = all(grids["intervals"]["corrected, root"]["covers"] for grids in records.values())
+    by_alpha = any(covers_as_step_3_prints(grids) for grids in records.values())
     return Proof(
         holds=literal[Step4.SET_MINUS] == literal[Step4.CUT] == {"STALLED"}
         and "COVERED" not in literal[Step4.UNCUT]
@@ -87,7 +87,7 @@ def steps_of_algorithm(text: str, results: Results) -> Proof:
         text=text + (BY_ROOT if by_root else "") + ("" if by_alpha else BY_ALPHA),
         quantities={
             f"elements, Example {e}, {reading.name}": float(grids["algorithm"][reading.name]["size"])
-            for e, grids in found.items()
+            for e, grids in records.items()
             for reading in (*AS_PRINTED[Step4.UNCUT], CORRECT)
         },
     )
@@ -120,7 +120,7 @@ def dimension(unit: str) -> tuple[int, ...]:
 def unit_of_inertia(text: str, results: Results) -> Proof:
     """b/J is an entry of A and must have the unit 1/s."""
     b, J, inertia = (dimension(unit) for unit in (DATA["b"].unit, DATA["J"].unit, "kg m^2"))
-    printed, meant = (tuple(x - y for x, y in zip(b, other, strict=True)) for other in (J, inertia))
+    printed, meant = (tuple(x - y for x, y in zip(b, divisor, strict=True)) for divisor in (J, inertia))
     return Proof(
         holds=printed != (0, 0, -1) == meant,
         text=text,

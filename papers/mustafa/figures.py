@@ -19,13 +19,13 @@ SHOWN, ZOOMED = 400, 120
 
 def curves(results: Results) -> FigureData:
     """gamma*(h), the norm of the filter at constant periods, its bracket over all sequences, the published level."""
-    found: dict[str, list[float]] = {}
+    columns: dict[str, list[float]] = {}
     for e in EXAMPLES:
         r = results[f"curve.{e}"]
-        found |= {f"{name}_{e}": r[name] for name in ("h", "optimum", "filter")}
-        found |= {f"middle_{e}": [r["middle"]], f"published_{e}": [float(GAMMA[e])]}
-        found |= {f"{end}_{e}": [results[f"bracket.{e}"][end]] for end in ("lower", "upper")}
-    return figure_data(found)
+        columns |= {f"{name}_{e}": r[name] for name in ("h", "optimum", "filter")}
+        columns |= {f"middle_{e}": [r["middle"]], f"published_{e}": [float(GAMMA[e])]}
+        columns |= {f"{end}_{e}": [results[f"bracket.{e}"][end]] for end in ("lower", "upper")}
+    return figure_data(columns)
 
 
 def plot_curves(figure: FigureData) -> Any:
@@ -36,9 +36,9 @@ def plot_curves(figure: FigureData) -> Any:
         h, low, top = c[f"h_{e}"], c[f"lower_{e}"][0], c[f"upper_{e}"][0]
         axis.axhspan(low, top, color=OURS, linewidth=0.8)
         say(axis, f"period varies: at least {down(low)}, ×{_excess(figure, e)}", (h[0], top), ha="left", color=OURS)
-        (own,) = axis.plot(h, c[f"filter_{e}"], **line(0))
+        (curve,) = axis.plot(h, c[f"filter_{e}"], **line(0))
         (optimum,) = axis.plot(h, c[f"optimum_{e}"], **line(1))
-        name_end(axis, own, OF_FILTER[e].replace(" ", "\n"), lift=8)
+        name_end(axis, curve, OF_FILTER[e].replace(" ", "\n"), lift=8)
         name_end(axis, optimum, "optimum", lift=-9)
         level = (c[f"middle_{e}"][0], c[f"published_{e}"][0])
         axis.plot(*level, "o", color=FOREGROUND, markersize=6)

@@ -26,8 +26,8 @@ def responses(plant: SampledPlant, h: float, filter_: Filter, points: ComplexArr
     """Of the filter's state (points, n, m) and of z (points, s, m) to w, at a constant period."""
     (Phi, Gamma), z = plant.discretise(h), points[:, None, None]
     x = np.linalg.solve(z * np.eye(plant.order) - Phi, Gamma)
-    seen = filter_.B @ (plant.C @ x + plant.D)
-    return np.linalg.solve(z * np.eye(len(filter_.A)) - filter_.A, seen), plant.L @ x
+    measurement = filter_.B @ (plant.C @ x + plant.D)
+    return np.linalg.solve(z * np.eye(len(filter_.A)) - filter_.A, measurement), plant.L @ x
 
 
 class UpperEnd(StrEnum):
@@ -55,8 +55,8 @@ def uncertainty_channel(plant: SampledPlant, h: float, delta: Array | None = Non
     It does not depend on the filter, because Sigma_11 sees the plant's states only.
     """
     Phi, _ = plant.discretise(h)
-    one = np.eye(plant.order)
-    return Stage(Phi, one if delta is None else delta, plant.A @ Phi, 0 * one)
+    identity = np.eye(plant.order)
+    return Stage(Phi, identity if delta is None else delta, plant.A @ Phi, 0 * identity)
 
 
 def small_gain_alpha(plant: SampledPlant, h: float) -> float:
@@ -175,7 +175,7 @@ def _pieces(step_4: Step4, marked: list[Interval], periods: PeriodRange) -> list
     united = [(periods.h_l, periods.h_u)]
     if step_4 is Step4.CUT:
         return united  # with the intervals it stays one piece, beyond which nothing is kept
-    for low, high in sorted(one for one in marked if one.lower < one.upper):
+    for low, high in sorted(interval for interval in marked if interval.lower < interval.upper):
         met = [piece for piece in united if low < piece[1] and piece[0] < high]
         joined = (min(low, *(a for a, _ in met)), max(high, *(b for _, b in met))) if met else (low, high)
         united = [*(piece for piece in united if piece not in met), joined]
@@ -188,13 +188,13 @@ def gaps(intervals: list[Interval], periods: PeriodRange) -> list[tuple[float, f
     An end of the range that lies on the boundary of an open interval makes no gap of positive length and is ignored
     only within TOUCH.
     """
-    found, reached = [], periods.h_l
-    for lower, upper in (*sorted(one for one in intervals if one.lower < one.upper), (np.inf, np.inf)):
+    pieces, reached = [], periods.h_l
+    for lower, upper in (*sorted(span for span in intervals if span.lower < span.upper), (np.inf, np.inf)):
         end = min(lower, periods.h_u)
         if end > reached + TOUCH:
-            found.append((reached, end))
+            pieces.append((reached, end))
         reached = max(reached, upper)
-    return found
+    return pieces
 
 
 def passes(covered: Callable[[float], Interval], periods: PeriodRange) -> Iterator[list[float]]:
@@ -300,8 +300,8 @@ def robust_lmi_design(plant: SampledPlant, periods: PeriodRange, cells: int) -> 
         **{name: np.concatenate([x, np.zeros_like(x[:1])]) for name, x in vars(basis).items()}
     )
     multiplier = np.eye(unknowns + 2)[-1]
-    seen = normalised.plant
-    stacks = np.array([-lmi13(seen, frame, *seen.discretise(h), radius, extended, multiplier) for h in centres])
+    system = normalised.plant
+    stacks = np.array([-lmi13(system, frame, *system.discretise(h), radius, extended, multiplier) for h in centres])
     constant, variables = stacks[:, 0], np.array([[*range(unknowns), unknowns + i] for i in range(cells)])
     group = program.Inequalities(constant, stacks[:, 1:] - constant[:, None], variables)
     cost = np.eye(unknowns + cells)[0]
@@ -332,14 +332,14 @@ def lmi13(
     # Positions of the blocks of (10) among those of (13): eta comes after e, xi after the second (Z, Y).
     eta = np.arange(2 * n + s, 3 * n + s)
     xi = np.arange(5 * n + s, 6 * n + s)
-    kept = np.setdiff1d(np.arange(total), np.concatenate([eta, xi]))
-    matrix[..., kept[:, None], kept] = base
+    positions = np.setdiff1d(np.arange(total), np.concatenate([eta, xi]))
+    matrix[..., positions[:, None], positions] = base
     scale = np.asarray(multiplier)[..., None, None]
     matrix[..., eta[:, None], eta] = matrix[..., xi[:, None], xi] = -scale * np.eye(n)
     drift = frame @ np.hstack([plant.A @ Phi, plant.A @ Phi, plant.A @ Gamma + plant.B])
-    seen = np.concatenate([np.arange(3 * n + s, 5 * n + s), np.arange(6 * n + s, total)])
+    drift_columns = np.concatenate([np.arange(3 * n + s, 5 * n + s), np.arange(6 * n + s, total)])
     storage = np.concatenate([v.Z, v.Y], axis=-2) @ np.linalg.inv(frame)
-    for rows, columns, block in ((eta, seen, scale * radius * drift), (np.arange(2 * n), xi, storage)):
+    for rows, columns, block in ((eta, drift_columns, scale * radius * drift), (np.arange(2 * n), xi, storage)):
         matrix[..., rows[:, None], columns] = block
         matrix[..., columns[:, None], rows] = np.swapaxes(block, -1, -2)
     return matrix

@@ -52,26 +52,26 @@ BRIEF = TOLD.brief(
 def facts(results: Results) -> dict[str, Any]:
     """The levels, stability, what varying periods cost, what can be guaranteed, the grids."""
     brackets, grids = ([results[f"{name}.{e}"] for e in EXAMPLES] for name in ("bracket", "grids"))
-    own = {e: results[f"own-grid.{e}"] for e in EXAMPLES}
-    lowered = all(own[e]["upper"] < results[f"bracket.{e}"]["lower"] for e in EXAMPLES)
+    solutions = {e: results[f"own-grid.{e}"] for e in EXAMPLES}
+    lowered = all(solutions[e]["upper"] < results[f"bracket.{e}"]["lower"] for e in EXAMPLES)
     literal = [printed_runs(e, results) for e in EXAMPLES]
     ends = {run["end"] for runs in literal for step_4 in (Step4.SET_MINUS, Step4.CUT) for run in runs[step_4]}
-    kept = all(found["nominal"] <= upper_end(GAMMA[e]) for e, found in zip(EXAMPLES, brackets, strict=True))
+    agreement = all(bracket["nominal"] <= upper_end(GAMMA[e]) for e, bracket in zip(EXAMPLES, brackets, strict=True))
     return {
-        "both": "Both" if kept else "Not both",
-        "worst": [times(found["lower"], GAMMA[e]) for e, found in zip(EXAMPLES, brackets, strict=True)],
+        "both": "Both" if agreement else "Not both",
+        "worst": [times(bracket["lower"], GAMMA[e]) for e, bracket in zip(EXAMPLES, brackets, strict=True)],
         "least": results["nominal.2"]["formula"],
         "floor": times(results["curve.1"]["floor"], GAMMA[1]),
         "level": GAMMA[1],
         "D": DATA["example-1"]["D"],
         "one_element": not covers_as_step_3_prints(grids[0]),
-        "sizes": [found["algorithm"][CORRECT.name]["size"] for found in grids],
+        "sizes": [grid["algorithm"][CORRECT.name]["size"] for grid in grids],
         "by_modal": results["condition.1"]["modal_elements"],
         "by_condition": results["condition.2"]["elements"],
-        "by_root": all(found["intervals"]["corrected, root"]["covers"] for found in grids),
+        "by_root": all(grid["intervals"]["corrected, root"]["covers"] for grid in grids),
         "robust": [up(results[f"robust.{e}"]["guaranteed"]) for e in EXAMPLES],
         "lowered": "lower" if lowered else "do not always lower",
-        "own": [times(found["lower"], str(found["level"])) for found in own.values()],
+        "own": [times(solution["lower"], str(solution["level"])) for solution in solutions.values()],
         "never_ends": ends == {"STALLED"},
         "uncut": {run["end"] for run in literal[0][Step4.UNCUT]} == {"LIMIT"},
         "limit": LIMIT,

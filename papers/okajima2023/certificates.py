@@ -30,17 +30,17 @@ def recovered(theorem: Mapping[str, Any]) -> dict[str, Any]:
 
     They stand in theorems.json, so that the verifier need not search. Raises AuditError if the search finds others.
     """
-    wanted, matrices = theorem["parameters"], stated_matrices(**TRIED)
+    parameters, matrices = theorem["parameters"], stated_matrices(**TRIED)
     name = next((which for part, which in MATRICES.items() if part in theorem["name"]), "diagonal in steps")
-    found: dict[str, Any] = {**PLANT, "A": matrices[name], "diagonal": np.diag(matrices[name]).tolist()}
-    if "C" in wanted:
+    plant: dict[str, Any] = {**PLANT, "A": matrices[name], "diagonal": np.diag(matrices[name]).tolist()}
+    if "C" in parameters:
         stated = TRIED["stated"]
-        found["C"] = recover_outputs(found["A"], stated["gains"], stated["error_poles"], LARGEST_ENTRY)["C"]
-    for parameter in wanted.keys() & found.keys():
-        if decimals(found[parameter]) != wanted[parameter]:
+        plant["C"] = recover_outputs(plant["A"], stated["gains"], stated["error_poles"], LARGEST_ENTRY)["C"]
+    for parameter in parameters.keys() & plant.keys():
+        if decimals(plant[parameter]) != parameters[parameter]:
             raise AuditError(
-                f"theorems.json: {parameter} of {theorem['name']} is {wanted[parameter]}, the search finds "
-                f"{decimals(found[parameter])}; write that there, or mend the search"
+                f"theorems.json: {parameter} of {theorem['name']} is {parameters[parameter]}, the search finds "
+                f"{decimals(plant[parameter])}; write that there, or mend the search"
             )
     return {}
 
@@ -48,10 +48,10 @@ def recovered(theorem: Mapping[str, Any]) -> dict[str, Any]:
 def stated_design(theorem: Mapping[str, Any]) -> dict[str, Any]:
     """An observer by Theorem 2 for an A that has the stated poles, all else as in Sec. IV-A."""
     recovered(theorem)
-    given, C = theorem["parameters"], theorem["plant"]["C"]
-    identity = np.eye(len(given["A"]), dtype=int).astype(str).tolist()
-    plant = {"W": identity, "C": C, **{name: given[name] for name in ("A", "B_d", "D")}}
-    schedule = {"sensors": list(range(len(C))), "periods": given["periods"], "offsets": given["offsets"]}
+    parameters, C = theorem["parameters"], theorem["plant"]["C"]
+    identity = np.eye(len(parameters["A"]), dtype=int).astype(str).tolist()
+    plant = {"W": identity, "C": C, **{name: parameters[name] for name in ("A", "B_d", "D")}}
+    schedule = {"sensors": list(range(len(C))), "periods": parameters["periods"], "offsets": parameters["offsets"]}
     return multirate.feasible_design({"plant": plant, "parameters": schedule})
 
 

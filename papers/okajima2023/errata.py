@@ -12,14 +12,14 @@ from replication.audit.model import Proof, Results
 
 def denominator(text: str, results: Results) -> Proof:
     """Which readings of the denominator of eq. (34) make all four printed values possible."""
-    found = all_draws(results)
-    cases = found["cases"]
+    record = all_draws(results)
+    cases = record["cases"]
     least = {what: min(case["readings"][what]["probability"] for case in cases.values()) for what in READING_OF}
     possible = [what for what, probability in least.items() if probability >= SMALLEST_PROBABILITY]
     return Proof(
         holds=possible == [ALL_NOISE]
         and all(case["readings"][AS_PRINTED]["percentiles"]["0.0"] > G_SIM[name] for name, case in cases.items()),
-        text=text.format(draws=found["seeds"], readings=len(READING_OF)),
+        text=text.format(draws=record["seeds"], readings=len(READING_OF)),
         quantities={f"least probability of the four, {what}": probability for what, probability in least.items()},
     )
 
@@ -27,17 +27,17 @@ def denominator(text: str, results: Results) -> Proof:
 def diagonal(text: str, results: Results) -> Proof:
     """The diagonals of A that have the stated poles: one on a grid, and all real ones that have them exactly."""
     state = results[RECOVERED]["state"]
-    _, other = results[ALL_DIAGONALS]["found"]
+    _, second = results[ALL_DIAGONALS]["found"]
     literal = results[PRINTED]["poles"]
     return Proof(
-        holds=len(state["fits"]) == 1 and not other["fits"],
+        holds=len(state["fits"]) == 1 and not second["fits"],
         text=text.format(
             tried=state["tried"],
             step=state["step"],
             low=DIAGONAL_RANGE[0],
             high=DIAGONAL_RANGE[1],
             fit=tuple(state["fits"][0]),
-            other=", ".join(f"{entry:.4f}" for entry in other["diagonal"]),
+            other=", ".join(f"{entry:.4f}" for entry in second["diagonal"]),
             bound=results[ALL_DIAGONALS]["bound"],
         ),
         quantities={

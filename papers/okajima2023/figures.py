@@ -78,7 +78,7 @@ def exceptions(figure: FigureData) -> list[tuple[Pair, Pair]]:
     """Pairs of periods whose level is larger than that of the next pair with one period longer by one instant."""
     level = {(first, second): value for first, second, value in zip(*_columns(figure, *CELL[:3]), strict=True)}
     longer = [((a, b), (a + da, b + db)) for a, b in level for da, db in ((1, 0), (0, 1)) if (a + da, b + db) in level]
-    return [(pair, other) for pair, other in longer if level[pair] > level[other] * (1 + LEVEL_EXCESS)]
+    return [(pair, neighbour) for pair, neighbour in longer if level[pair] > level[neighbour] * (1 + LEVEL_EXCESS)]
 
 
 LEVEL_EXCESS = 1e-6
@@ -87,14 +87,14 @@ LEVEL_EXCESS = 1e-6
 
 def told_table_of_periods(figure: FigureData) -> dict[str, Any]:
     """Range of the table, the largest gain by timing, and where a longer period has the smaller level, if it does."""
-    c, found = figure.columns, exceptions(figure)
+    c, pairs = figure.columns, exceptions(figure)
     names = ("gamma_synchronous", "gamma_best_timing", "N1", "N2", "best_offset")
     savings = [(1 - best / plain, *cell) for plain, best, *cell in zip(*_columns(figure, *names), strict=True)]
     saving, first, second, offset = max(savings)
     largest = f"{max(c['N1']):.0f}"
     message = f"Up to {largest} instants a longer period never lowers the level"
-    if found:
-        (a, b), (more, later) = max(found)
+    if pairs:
+        (a, b), (more, later) = max(pairs)
         message = f"A longer period can lower the level: ({a:.0f}, {b:.0f}) exceeds ({more:.0f}, {later:.0f})"
     return {
         "message": message,
@@ -103,7 +103,7 @@ def told_table_of_periods(figure: FigureData) -> dict[str, Any]:
         "most": max(c["gamma_synchronous"]),
         "best": f"({first:.0f}, {second:.0f}) with offset {offset:.0f}: {100 * saving:.1f} %",
         "listed": ", ".join(
-            f"({a:.0f}, {b:.0f}) has a larger level than ({c:.0f}, {d:.0f})" for (a, b), (c, d) in found
+            f"({a:.0f}, {b:.0f}) has a larger level than ({c:.0f}, {d:.0f})" for (a, b), (c, d) in pairs
         ),
     }
 
@@ -166,7 +166,7 @@ OBSERVERS = CASES | TIMINGS
 def errors(names: Iterable[str], results: Results) -> FigureData:
     """The three estimation errors of some observers under the same seeded draw, k = 0 ... 500."""
     shown = {name: results["responses"]["errors"][name][: LAST_SHOWN + 1] for name in names}
-    rows = {f"{name}_e_{i + 1}": [row[i] for row in found] for name, found in shown.items() for i in range(STATES)}
+    rows = {f"{name}_e_{i + 1}": [row[i] for row in series] for name, series in shown.items() for i in range(STATES)}
     return figure_data({"k": range(LAST_SHOWN + 1), **rows})
 
 
@@ -184,9 +184,9 @@ def plot_errors(names: Mapping[str, str], figure: FigureData) -> Any:
             axis.set_xticks((0, 200, 400))
             axis.tick_params(bottom=row == len(names) - 1, left=i == 0)
             axis.set_title(f" \ne{'₁₂₃'[i]}: {rms(values):.3f}")
-        said = f"{title}: RMS {rms_of_all(name, figure):.3f}"
+        label = f"{title}: RMS {rms_of_all(name, figure):.3f}"
         axes[STATES * row].annotate(
-            said, (0, 1), xytext=(0, 20), xycoords="axes fraction", textcoords="offset points", annotation_clip=False
+            label, (0, 1), xytext=(0, 20), xycoords="axes fraction", textcoords="offset points", annotation_clip=False
         ).set_in_layout(False)
     axes[-2].set_xlabel("instant k")
     return drawing
@@ -194,11 +194,11 @@ def plot_errors(names: Mapping[str, str], figure: FigureData) -> Any:
 
 def extremes(k: Sequence[float], values: Sequence[float]) -> tuple[list[float], list[float]]:
     """Least and largest value of every `TOGETHER` instants, in their order: the same line to the eye."""
-    kept: list[int] = []
+    indices: list[int] = []
     for start in range(0, len(values), TOGETHER):
         part = range(start, min(start + TOGETHER, len(values)))
-        kept += sorted({min(part, key=values.__getitem__), max(part, key=values.__getitem__)})
-    return [k[i] for i in kept], [values[i] for i in kept]
+        indices += sorted({min(part, key=values.__getitem__), max(part, key=values.__getitem__)})
+    return [k[i] for i in indices], [values[i] for i in indices]
 
 
 def rms_of_all(name: str, figure: FigureData) -> float:
@@ -245,7 +245,7 @@ def told_errors(names: Mapping[str, str], figure: FigureData) -> dict[str, Any]:
         parts.append(f"{title}: {sizes}, together {rms_of_all(name, figure):.3f}, {beyond} values beyond the axes")
     whole = [rms_of_all(name, figure) for name in names]
     # The largest ratio, rounded up, since it is called a bound.
-    factor = f"{math.ceil(100 * max(whole[0] / other for other in whole[1:])) / 100:.2f}"
+    factor = f"{math.ceil(100 * max(whole[0] / total for total in whole[1:])) / 100:.2f}"
     most = f"at most {factor} of any other" if float(factor) <= 1 else f"up to {factor} times as large as another"
     ends = {"least": min(whole), "largest": max(whole)}
     return {"factor": factor, **ends, "last": LAST_SHOWN, "sizes": "; ".join(parts), "most": most}
@@ -253,10 +253,10 @@ def told_errors(names: Mapping[str, str], figure: FigureData) -> dict[str, Any]:
 
 def disturbances(results: Results) -> FigureData:
     """Size of the error under the worst disturbance and under a random one of the same energy."""
-    found = results["worst-disturbance"]
+    record = results["worst-disturbance"]
     ends = {"ratio_worst": "worst_ratio", "ratio_random": "random_ratio", "norm": "norm"}
-    errors = {"worst": found["worst_error"], "random": found["random_error"]}
-    return figure_data({"k": range(len(errors["worst"]))} | errors | {name: [found[of]] for name, of in ends.items()})
+    errors = {"worst": record["worst_error"], "random": record["random_error"]}
+    return figure_data({"k": range(len(errors["worst"]))} | errors | {name: [record[of]] for name, of in ends.items()})
 
 
 def plot_disturbances(figure: FigureData) -> Any:

@@ -86,7 +86,7 @@ MILLIONTH = 1e-6
 def facts(results: Results) -> dict[str, Any]:
     """What Table 1 has wrong, which A is stabilised, what (34) may be, what shorter periods cost, the best timing."""
     levels = {periods: results[pair(periods)] for periods in TABLE_1}
-    rounded = {periods: f"{found['optimum']:.2f}" for periods, found in levels.items()}
+    rounded = {periods: f"{level['optimum']:.2f}" for periods, level in levels.items()}
     wrong = [
         {
             "periods": periods,
@@ -104,9 +104,11 @@ def facts(results: Results) -> dict[str, Any]:
     radii = [row["radius"] for row in results[unstable.ALL_DIAGONALS]["found"]]
     return {
         "wrong": wrong,
-        "solver": [one for one in wrong if float(one["printed"]) < levels[one["periods"]]["lower"] * (1 + MINCX / 2)],
+        "solver": [
+            entry for entry in wrong if float(entry["printed"]) < levels[entry["periods"]]["lower"] * (1 + MINCX / 2)
+        ],
         "right": len(levels) - len(wrong),
-        "no_estimator": all(one["upper"] < one["noncausal"] * (1 + MILLIONTH) for one in levels.values()),
+        "no_estimator": all(level["upper"] < level["noncausal"] * (1 + MILLIONTH) for level in levels.values()),
         # Only where an A with other entries off its diagonal is stabilised, and none of the diagonals is.
         "stabilised": results[unstable.ANY_ENTRIES]["radius"] < 1 <= min(radii),
         "lies": "lies" if below else "does not lie",

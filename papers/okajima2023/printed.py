@@ -25,5 +25,5 @@ GAINS = number(DATA["gains"])
 """Printed gains by equation: phase, state, sensor."""
 TABLE_1 = {tuple(map(int, column.split(","))): printed for column, printed in DATA["table-1"].items()}
 """Optimal levels by periods (N_1, N_2)."""
-SCHEDULES = {name.removeprefix("schedule-"): found for name, found in DATA.items() if name.startswith("schedule-")}
+SCHEDULES = {name.removeprefix("schedule-"): sensing for name, sensing in DATA.items() if name.startswith("schedule-")}
 """Periods, offsets and diagonals of S_k of each example."""

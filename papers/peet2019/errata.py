@@ -23,10 +23,10 @@ SMALL = 0.01
 
 def terms(erratum: str, text: str, results: Results) -> Proof:
     """The identity of Sec. VI fails with the terms of an erratum as printed and holds with all of them corrected."""
-    found, misprints = results["identities"], GROUPS[erratum]
-    theorem_3 = found["theorem_3"]
+    cases, misprints = results["identities"], GROUPS[erratum]
+    theorem_3 = cases["theorem_3"]
     return contrast(
-        f"{found['trials']} random cases with delays {found['delays']}: both sides of the identity of Sec. VI agree to "
+        f"{cases['trials']} random cases with delays {cases['delays']}: both sides of the identity of Sec. VI agree to "
         f"rounding when all terms are corrected, and do not when one of these is left as printed. {text}",
         {"largest residual, corrected": theorem_3["none"]["largest"]},
         {f"median residual, {name} as printed": theorem_3[name]["median"] for name in misprints},
@@ -36,17 +36,17 @@ def terms(erratum: str, text: str, results: Results) -> Proof:
 
 def signs(text: str, results: Results) -> Proof:
     """The identity needs the corrected signs, and with the printed ones no ε > 0 is met."""
-    found = terms(SIGNS, f"{text} {UNMET}", results)
-    return msgspec.structs.replace(found, holds=found.holds and not unmet(results).holds)
+    proof = terms(SIGNS, f"{text} {UNMET}", results)
+    return msgspec.structs.replace(proof, holds=proof.holds and not unmet(results).holds)
 
 
 def not_self_adjoint(text: str, results: Results) -> Proof:
     """All that Theorem 1 prints holds, and the error of the observer grows."""
-    found = results["self-adjoint"]
+    record = results["self-adjoint"]
     return Proof(
-        holds=found["coercive"] > 0.0 > found["largest"] and found["abscissa"] > 0.0,
+        holds=record["coercive"] > 0.0 > record["largest"] and record["abscissa"] > 0.0,
         text=text,
-        quantities=told_of_symmetry(found),
+        quantities=told_of_symmetry(record),
     )
 
 
@@ -62,11 +62,11 @@ def not_bounded(text: str, results: Results) -> Proof:
 
 def of_inverse(part: str, misprint: str, statistic: str, wrong: float, text: str, results: Results) -> Proof:
     """A formula of Theorem 4 or Lemma 5 with one symbol as printed, against the corrected one."""
-    found = results["inversion"][part]
+    residuals = results["inversion"][part]
     return contrast(
         text,
-        {"largest residual, corrected": found["corrected"]["largest"]},
-        {f"{statistic} residual, as printed": found[misprint][statistic]},
+        {"largest residual, corrected": residuals["corrected"]["largest"]},
+        {f"{statistic} residual, as printed": residuals[misprint][statistic]},
         wrong=wrong,
     )
 
@@ -101,15 +101,15 @@ def dimensions(text: str, results: Results) -> Proof:
 
 def present_alone(text: str, results: Results) -> Proof:
     """L_0 of Lemma 5 where only the present state is corrected, against P⁻¹Z_0."""
-    found = {"largest difference of L₀ and P⁻¹Z₀": results["inversion"]["present_only"]["l0"]["largest"]}
-    return contrast(text, found, {}, wrong=WRONG)
+    errors = {"largest difference of L₀ and P⁻¹Z₀": results["inversion"]["present_only"]["l0"]["largest"]}
+    return contrast(text, errors, {}, wrong=WRONG)
 
 
 def limits(text: str, results: Results) -> Proof:
     """Pairs of delays in Example 3 for which the printed limit leaves the history of the other delay."""
     delays = EXAMPLES["3"]["delays"]
-    outside = [(own, other) for own in delays for other in delays if own > other]
-    short = [(own, other) for own in delays for other in delays if own < other]
+    outside = [(left, right) for left in delays for right in delays if left > right]
+    short = [(left, right) for left in delays for right in delays if left < right]
     return Proof(
         holds=bool(outside) and bool(short),
         text=text,
@@ -119,26 +119,26 @@ def limits(text: str, results: Results) -> Proof:
 
 def hats(text: str, results: Results) -> Proof:
     """The closed loop of Example 2 with e_i as printed, which is zero for the true history."""
-    found = results["hats"]
-    unstable = found["norm"] is None
+    loop = results["hats"]
+    unstable = loop["norm"] is None
     return Proof(
-        holds=unstable or found["norm"] > found["level"] >= found["all_gains"],
+        holds=unstable or loop["norm"] > loop["level"] >= loop["all_gains"],
         text=text,
         quantities={
-            "level": found["level"],
-            "H∞ norm with all gains": found["all_gains"],
-            **({} if unstable else {"H∞ norm with e_i = 0": found["norm"]}),
+            "level": loop["level"],
+            "H∞ norm with all gains": loop["all_gains"],
+            **({} if unstable else {"H∞ norm with e_i = 0": loop["norm"]}),
         },
     )
 
 
 def coercivity(text: str, results: Results) -> Proof:
     """⟨e, 𝒫e⟩ less that of P − εI and S_i − εI, against both right sides."""
-    found = results["identities"]["coercive"]
+    residuals = results["identities"]["coercive"]
     return contrast(
         text,
-        {"largest residual, corrected, ε = 1": found["corrected"]["largest"]},
-        {"median residual, as printed, ε = 1": found["printed"]["median"]},
+        {"largest residual, corrected, ε = 1": residuals["corrected"]["largest"]},
+        {"median residual, as printed, ε = 1": residuals["printed"]["median"]},
         wrong=WRONG,
     )
 

@@ -18,9 +18,9 @@ from replication.drawing.style import FOREGROUND, GREY, OURS, line, name_axes, n
 
 def fig_1(results: Results) -> FigureData:
     """Disturbance and both errors for one reading of the sinc."""
-    found = results["fig1"]
+    simulation = results["fig1"]
     return figure_data(
-        {"t": found["t"], "w": found["w"]} | {f"e_{i}": values for i, values in enumerate(found["e"], 1)}
+        {"t": simulation["t"], "w": simulation["w"]} | {f"e_{i}": values for i, values in enumerate(simulation["e"], 1)}
     )
 
 
@@ -62,7 +62,7 @@ def convergence(results: Results) -> FigureData:
 
     floor: half the relative width of that bracket; distances below it say nothing.
     """
-    found, exact, bracket = results["convergence.ex2"], optimum_of("2", results), results["reference.ex2"]["exact"]
+    record, exact, bracket = results["convergence.ex2"], optimum_of("2", results), results["reference.ex2"]["exact"]
     levels = [results[f"sos.ex2.d{degree}"]["tensor"]["gamma"] for degree in DEGREES]
 
     def away(levels: Iterable[float]) -> list[float]:
@@ -70,9 +70,9 @@ def convergence(results: Results) -> FigureData:
 
     return figure_data(
         {
-            "order": found["orders"],
-            "pade": away(found["pade"]),
-            "chebyshev": away(found["chebyshev"]),
+            "order": record["orders"],
+            "pade": away(record["pade"]),
+            "chebyshev": away(record["chebyshev"]),
             "degree": DEGREES,
             "sos": away(levels),
             "floor": [(bracket["upper"] - bracket["lower"]) / (2.0 * exact)],
@@ -171,7 +171,7 @@ CLOUDS = (
 def cost(results: Results) -> FigureData:
     """Published seconds, our CPU seconds as recorded, and the equalities of both cones, against n·K."""
     cells = results["sizes"]["cells"]
-    found: dict[str, list[float]] = {
+    columns: dict[str, list[float]] = {
         "published_product": [n * k for n, k, _ in published()],
         "published_seconds": [float(seconds) for *_, seconds in published()],
         "total_product": [cell["states"] * cell["delays"] for cell in cells],
@@ -179,11 +179,11 @@ def cost(results: Results) -> FigureData:
     }
     for way in WAYS:
         ours = [c for c in results["measured"]["cells"] if c["cone"] == way and c["cpu_seconds"] is not None]
-        found[f"{way}_measured_product"] = [c["states"] * c["delays"] for c in ours]
-        found[f"{way}_seconds"] = [c["cpu_seconds"] for c in ours]
+        columns[f"{way}_measured_product"] = [c["states"] * c["delays"] for c in ours]
+        columns[f"{way}_seconds"] = [c["cpu_seconds"] for c in ours]
         if way == "bessel":
-            found[f"{way}_equalities"] = [c["equalities"] for c in ours]
-    return figure_data(found)
+            columns[f"{way}_equalities"] = [c["equalities"] for c in ours]
+    return figure_data(columns)
 
 
 def plot_cost(figure: FigureData) -> Any:

@@ -44,15 +44,15 @@ def plants(data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
 
     A0 (n, n), A one (n, n) and C1 one (p, n) per delay, delays, B (n, r), C10 (p, n), C2 (q, n).
     """
-    found: dict[str, dict[str, Any]] = {}
+    systems: dict[str, dict[str, Any]] = {}
     for example in ("1", "2", "3"):
         printed = data[f"example-{example}"]
         count = len(printed["delays"])
         delayed = printed_matrix(printed["a"]) * fmpq(1, count)  # of the mean of the delayed states
         system = _system(printed, [delayed] * count)
         ones = fmpq_mat([[fmpq(1)]] * system["A0"].nrows())
-        found |= {f"ex{example}": system, f"ex{example}-single": {**system, "B": ones}}
-    return found | {name: _system(own, [printed_matrix(text) for text in own["a"]]) for name, own in OWN.items()}
+        systems |= {f"ex{example}": system, f"ex{example}-single": {**system, "B": ones}}
+    return systems | {name: _system(row, [printed_matrix(text) for text in row["a"]]) for name, row in OWN.items()}
 
 
 def _system(numbers: Mapping[str, Any], delayed: list[fmpq_mat]) -> dict[str, Any]:

@@ -44,10 +44,10 @@ def _exactly(value: Fraction) -> dict[str, Any]:
 
 
 def _errors(theorem: Theorem) -> dict[str, Any]:
-    given = theorem["parameters"]
-    structure = Structure(feedforward=Feedforward(given["feedforward"]))
-    points = {"all": Points.BETWEEN, "fast": Points.FAST}[given["instants"]]
-    loops = (READINGS.loop(given["observer"], structure, float(Fraction(each))) for each in given["frequencies"])
+    fields = theorem["parameters"]
+    structure = Structure(feedforward=Feedforward(fields["feedforward"]))
+    points = {"all": Points.BETWEEN, "fast": Points.FAST}[fields["instants"]]
+    loops = (READINGS.loop(fields["observer"], structure, float(Fraction(each))) for each in fields["frequencies"])
     return {"witness": {"errors": [dualrate.tracking_error(loop, points) for loop in loops]}}
 
 

@@ -76,21 +76,21 @@ BRIEF = TOLD.brief(
 
 def facts(results: Results) -> dict[str, Any]:
     """The stability result, Table I, comparisons that depend on what is open, what the loop does, what was searched."""
-    theorem, found = results["theorem"], results["table"]
+    theorem, record = results["theorem"], results["table"]
     search = merged(results[name] for name in SEARCH)
     unstable = [int(M) for M, radius in theorem["scalar"]["radii"].items() if radius > 1.0]
-    own, others = comparison.settling(results)
+    apo, pmi = comparison.settling(results)
     pairs = orders.ordering_counts(table.printed_forms(results["orderings"]))
-    gaps = [ours / fast - 1 for ours, fast in zip(found["ratios"][APO], found["ratios"][printed.FAST], strict=True)]
+    gaps = [ours / fast - 1 for ours, fast in zip(record["ratios"][APO], record["ratios"][printed.FAST], strict=True)]
     moduli = results["eigenvalues"]["moduli"][APO]
     return {
         "allowed": floor(theorem["scalar"]["allowed_period"] * 1e5) / 1e5,
         "M": [min(unstable), max(unstable)],
         "longer": [results["longer"]["ratio"] - 1, results["longer"]["ratio"]],
-        "first": [found["ratios"][APO][0], printed.table_1("DRC-APO")[0]],
+        "first": [record["ratios"][APO][0], printed.table_1("DRC-APO")[0]],
         "starts": _starts(results),
         "condition": short(theorem["motor"]["condition"], 2),
-        "exact": [found["ratios"][printed.STATE][row] for row in (0, -1)],
+        "exact": [record["ratios"][printed.STATE][row] for row in (0, -1)],
         "moved": at_most(100 * _largest_move(results)),
         "hits": sum(search.hits.values()) or "No",
         "distinct": sum(search.distinct.values()),
@@ -98,17 +98,17 @@ def facts(results: Results) -> dict[str, Any]:
         "start": abs(printed.START[0]),
         "pairs": sum(pairs.values()),
         "holds": pairs["holds"],
-        "slower": "each" if others[-1] < own else "not each" if others[0] < own else "no",
-        "others": others[-1],
+        "slower": "each" if pmi[-1] < apo else "not each" if pmi[0] < apo else "no",
+        "others": pmi[-1],
         "fast": results["transients"]["time_constants"][printed.FAST],
-        "own": own,
+        "own": apo,
         "frequencies": printed.FREQUENCIES,
         "upper": at_most(100 * max(map(abs, gaps[1:]))),
         "lowest": abs(gaps[0]),
         "larger": "larger" if gaps[0] > 0 else "smaller",
-        "shares": [100 * end(orders.weak_gain_shares(found)) for end in (min, max)],
+        "shares": [100 * end(orders.weak_gain_shares(record)) for end in (min, max)],
         "ranges": sum(stable for stable, _ in groupby(row[0] < 1.0 for row in moduli)),
-        "src": [found["radius"][observer] for observer in (printed.SRC, printed.SRC_SINGLE)],
+        "src": [record["radius"][observer] for observer in (printed.SRC, printed.SRC_SINGLE)],
     }
 
 
@@ -116,13 +116,13 @@ def _starts(results: Results) -> str:
     """Which loop has the smaller integral of the squared transient at both frequencies of the figures, by start."""
     words = {"start-output": "the measured position", "start-zero": "zero"}
     energy = results["transients"]["energy"]
-    told = []
+    phrases = []
     for choice, start in words.items():
         pairs = zip(energy[choice][APO].values(), energy[choice][printed.PMI].values(), strict=True)
-        wins = {own < other for own, other in pairs}
+        wins = {apo < pmi for apo, pmi in pairs}
         outcome = "is mixed" if len(wins) > 1 else "wins" if wins == {True} else "loses"
-        told.append(f"{outcome} from {start}")
-    return " and ".join(told)
+        phrases.append(f"{outcome} from {start}")
+    return " and ".join(phrases)
 
 
 def _largest_move(results: Results) -> float:

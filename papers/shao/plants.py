@@ -42,8 +42,8 @@ def plants(data: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         "T": decimal(data["period"]),
         "M": decimal(data["ratio"]),
     }
-    one = fmpq_mat([[1]])
-    scalar = {"A": one, "B": one, "C": one, "K": -2 * one, "L": 2 * one, "T": fmpq(1, 1000), "M": fmpq(5)}
+    unit = fmpq_mat([[1]])
+    scalar = {"A": unit, "B": unit, "C": unit, "K": -2 * unit, "L": 2 * unit, "T": fmpq(1, 1000), "M": fmpq(5)}
     return {
         "parameters": {**motor, **{name: loop[name] for name in "ABC"}},
         "motor": loop,

@@ -109,7 +109,7 @@ READ: Mapping[str, dict[str, Reading]] = {
     column: {name: Reading(observer, structure, points=points) for name, (structure, points) in MEASURES.items()}
     for column, observer in COLUMNS.items()
 }
-READ["pmi"] |= {name: Reading(other) for name, other in INTERPOLATIONS.items() if other not in (PMI, SLOW_INPUT)}
+READ["pmi"] |= {name: Reading(loop) for name, loop in INTERPOLATIONS.items() if loop not in (PMI, SLOW_INPUT)}
 """By column of Table I its readings; with u frozen over M T DRC-PMI is unstable and has no steady state."""
 SINGLE_RATES: Mapping[str, str] = {LITERAL: SRC, "src-one-correction": SRC_SINGLE}
 """Observers that may be meant by SRC, by reading."""

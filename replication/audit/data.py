@@ -41,9 +41,9 @@ class PrintedValue(str):
 
     def __new__(cls, text: str, place: str = "", unit: str = "", note: str = "") -> PrintedValue:
         """The text itself, as a string, with where it stands."""
-        made = super().__new__(cls, text)
-        made.place, made.unit, made.note = place, unit, note
-        return made
+        value = super().__new__(cls, text)
+        value.place, value.unit, value.note = place, unit, note
+        return value
 
 
 @dataclass
@@ -123,8 +123,8 @@ def converted(where: str | Callable[[str], str], table: Any, kind: type[S]) -> S
         return msgspec.convert(table, kind)
     except msgspec.ValidationError as error:
         field = re.search(r"\$\.(\w+)", str(error))
-        said = str(error).replace("`str | object`", "a string, or a table by entry")
-        raise AuditError(f"{at(field[1] if field else '')}: {said}; correct it") from None
+        message = str(error).replace("`str | object`", "a string, or a table by entry")
+        raise AuditError(f"{at(field[1] if field else '')}: {message}; correct it") from None
 
 
 @cache
@@ -155,10 +155,10 @@ def printed_values(path: Path, tables: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _entry(where: str, table: Any) -> Any:
-    found = converted(where, table, PrintedTable)
-    if not found.place.strip():
+    record = converted(where, table, PrintedTable)
+    if not record.place.strip():
         raise AuditError(f"{where}: the place is empty; say where in the text this is printed")
-    return _value(where, found.value, found.place, partial(PrintedValue, unit=found.unit, note=found.note), ())
+    return _value(where, record.value, record.place, partial(PrintedValue, unit=record.unit, note=record.note), ())
 
 
 def leaves(value: Any, keys: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
@@ -170,19 +170,19 @@ def leaves(value: Any, keys: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, 
         yield from leaves(entry, (*keys, str(key)))
 
 
-def _value(where: str, value: Any, place: str, made: Callable[..., PrintedValue], keys: tuple[str, ...]) -> Any:
+def _value(where: str, value: Any, place: str, kind: Callable[..., PrintedValue], keys: tuple[str, ...]) -> Any:
     if isinstance(value, str):
         if not value:
             raise AuditError(f"{where} holds an empty string; give what stands in the paper")
-        return made(value, place.replace("{key}", ", ".join(keys)))
+        return kind(value, place.replace("{key}", ", ".join(keys)))
     if isinstance(value, dict | list) and not value:
         raise AuditError(f"{where} holds nothing; give what stands in the paper")
     if isinstance(value, dict):
         return Entries(
-            {key: _value(f"{where} {key}", entry, place, made, (*keys, key)) for key, entry in value.items()}
+            {key: _value(f"{where} {key}", entry, place, kind, (*keys, key)) for key, entry in value.items()}
         )
     if isinstance(value, list):
-        return [_value(f"{where} {i}", entry, place, made, (*keys, str(i))) for i, entry in enumerate(value, 1)]
+        return [_value(f"{where} {i}", entry, place, kind, (*keys, str(i))) for i, entry in enumerate(value, 1)]
     if isinstance(value, int) and not isinstance(value, bool):
         return value
     raise AuditError(f"{where} is {value}; write a printed number as a string, since its digits are its tolerance")

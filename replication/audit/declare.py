@@ -68,15 +68,15 @@ STATED = "claims.toml"
 def unlisted(paper: Paper, folder: Path) -> list[str]:
     """Claims that a module of the paper or its claims.toml declares, and that it lacks; folder: of the papers."""
     known, front = {claim.id for claim in paper.claims}, f"{folder.name}.{paper.key}."
-    own = [part for part in _made if f"{part.module}.".startswith(front)]
-    lost = [(part, [claim.id for claim in part.claims if f"{paper.key}.{claim.id}" not in known]) for part in own]
-    found = [f"{', '.join(names[:4])} of Part({part.title!r}) in {part.module}" for part, names in lost if names]
+    parts = [part for part in _made if f"{part.module}.".startswith(front)]
+    lost = [(part, [claim.id for claim in part.claims if f"{paper.key}.{claim.id}" not in known]) for part in parts]
+    entries = [f"{', '.join(names[:4])} of Part({part.title!r}) in {part.module}" for part, names in lost if names]
     stated = folder / paper.key / STATED
     answers = [getattr(claim.answer, "__wrapped__", claim.answer) for claim in paper.claims]
     places = [getattr(answer, "declared", ("",))[0] for answer in answers]
     if stated.is_file() and str(stated) not in places:
-        found.append(f"those of {stated}, which `numbers(__file__)` reads")
-    return sorted(found)
+        entries.append(f"those of {stated}, which `numbers(__file__)` reads")
+    return sorted(entries)
 
 
 class Further(TypedDict, total=False):
@@ -141,14 +141,14 @@ class Part:
             one_of(f"field of claim {name!r}:", field, [*(Part.claim.__kwdefaults__ or ()), *Further.__annotations__])
 
         def declare(answer: Answer) -> Answer:
-            said = statement or " ".join((inspect.getdoc(_inner(answer)) or "").split())
+            sentence = statement or " ".join((inspect.getdoc(_inner(answer)) or "").split())
             where = place or (printed.place if isinstance(printed, PrintedValue) else "")
             if not isinstance(printed, str):
                 raise AuditError(
                     f"claim {name!r} prints {printed!r:.80}; write a string, whose digits are its tolerance, or "
                     "declare a claim on each entry"
                 )
-            for what, text in (("place", where), ("statement", said)):
+            for what, text in (("place", where), ("statement", sentence)):
                 if not text:
                     raise AuditError(f"claim {name!r} has no {what}; give {what}=... where it is declared")
             pin = one_of(f"verdict of claim {name!r}:", pinned or usual(kind, str(printed)), [*Verdict])
@@ -159,7 +159,7 @@ class Part:
                     id=name,
                     place=where,
                     kind=kind,
-                    statement=said,
+                    statement=sentence,
                     expected=Verdict(pin),
                     answer=answer,
                     uses=_names(uses) or self.uses,
@@ -254,8 +254,8 @@ def experiment(name: str, function: Callable[..., Any], /, **inputs: Any) -> Exp
 
     One that needs more or less time than `run --timeout` allows is `replace(experiment(...), timeout=seconds)`.
     """
-    given = frozenset((str(value), value.place) for _, value in leaves(inputs) if isinstance(value, PrintedValue))
-    return Experiment(name=name, function=function, inputs=_plain(inputs), given=given)
+    prints = frozenset((str(value), value.place) for _, value in leaves(inputs) if isinstance(value, PrintedValue))
+    return Experiment(name=name, function=function, inputs=_plain(inputs), given=prints)
 
 
 def command(
@@ -406,10 +406,10 @@ def paper(
 
 def _by_title(parts: Iterable[Part]) -> dict[str, list[Part]]:
     """The parts of each title: what code and what the printed data declare on one section is one item of the scope."""
-    found: dict[str, list[Part]] = {}
+    groups: dict[str, list[Part]] = {}
     for part in parts:
-        found.setdefault(part.title, []).append(part)
-    return found
+        groups.setdefault(part.title, []).append(part)
+    return groups
 
 
 def _require_printed(errata: Iterable[Erratum], prints: Container[str]) -> None:
@@ -444,15 +444,15 @@ class _Short(Mapping[str, Any]):
 
 def _said(kind: Kind, printed: str, reading: str, says: Said | Iterable[Said]) -> tuple[Predicate, ...]:
     """The predicates in full: relation and number as printed, unit of the quantity, reading of the claim."""
-    found = []
-    for one in (says,) if isinstance(says, Term | Predicate) else says:
-        if isinstance(one, Term):
+    entries = []
+    for entry in (says,) if isinstance(says, Term | Predicate) else says:
+        if isinstance(entry, Term):
             mark = next((mark for mark in MARKS if printed.startswith(mark)), "")
             relation = MARKS[mark] if mark else "is" if kind in (Kind.VALUE, Kind.MATRIX) else "holds"
             to = None if relation == "holds" else printed.removeprefix(mark).strip()
-            one = Predicate(of=one, relation=relation, to=to)
-        found.append(replace(one, unit=one.unit or unit_of(one.of.quantity), reading=one.reading or reading))
-    return tuple(found)
+            entry = Predicate(of=entry, relation=relation, to=to)
+        entries.append(replace(entry, unit=entry.unit or unit_of(entry.of.quantity), reading=entry.reading or reading))
+    return tuple(entries)
 
 
 def _names(names: str | Iterable[str]) -> tuple[str, ...]:

@@ -120,8 +120,8 @@ class Outcome(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     @property
     def evidence(self) -> Evidence:
         """The same as evidence of its own."""
-        found = {name: getattr(self, name) for name in self.__struct_fields__ if name != "reading"}
-        return Evidence(method=f"under {self.reading}", **found)
+        fields = {name: getattr(self, name) for name in self.__struct_fields__ if name != "reading"}
+        return Evidence(method=f"under {self.reading}", **fields)
 
 
 class How(StrEnum):
@@ -208,11 +208,11 @@ class Judgement(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
 
     def further(self, *sentences: str, policies: Iterable[Policy] = (), **changes: Any) -> Judgement:
         """The same with more sentences in its reason, the policies that touched it too, and other changes."""
-        said = {
+        fields = {
             "reason": " ".join(filter(None, (self.reason, *sentences))),
             "policies": tuple(dict.fromkeys((*self.policies, *policies))),
         }
-        return msgspec.structs.replace(self, **(said | changes))
+        return msgspec.structs.replace(self, **(fields | changes))
 
 
 @dataclass(frozen=True, kw_only=True)

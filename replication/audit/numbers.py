@@ -66,8 +66,8 @@ class Stated(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
 
     def of(self, field: str, name: str, default: str = "") -> str:
         """What a field says of the entry of this name."""
-        said = getattr(self, field)
-        return str(said.get(name, default) if isinstance(said, dict) else said)
+        value = getattr(self, field)
+        return str(value.get(name, default) if isinstance(value, dict) else value)
 
 
 class Pinned(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -95,8 +95,8 @@ class Numbers:
 
 def paper_of_tables(module: str) -> Paper:
     """The paper whose claims all stand in claims.toml: `PAPER = paper_of_tables(__file__)` is all its Python."""
-    found = numbers(module)
-    return paper(**about(module), parts=found.parts, experiments=found.experiments, readings=found.readings)
+    content = numbers(module)
+    return paper(**about(module), parts=content.parts, experiments=content.experiments, readings=content.readings)
 
 
 def numbers(module: str) -> Numbers:
@@ -139,10 +139,12 @@ class _Files:
 
     def __init__(self, commands: Sequence[Experiment], pinned: Mapping[str, str]) -> None:
         self.makers: dict[str, str] = {}
-        for one in commands:
-            for name in one.inputs["writes"]:
-                if self.makers.setdefault(name, one.name) != one.name:
-                    raise AuditError(f"{name!r} is written by {self.makers[name]!r} and {one.name!r}; let one write it")
+        for maker in commands:
+            for name in maker.inputs["writes"]:
+                if self.makers.setdefault(name, maker.name) != maker.name:
+                    raise AuditError(
+                        f"{name!r} is written by {self.makers[name]!r} and {maker.name!r}; let one write it"
+                    )
         self.pinned, self.experiments = pinned, dict[str, Experiment]()
 
     def source(self, first: str) -> tuple[str, ...]:
@@ -172,32 +174,32 @@ def _all(path: Path, tables: Mapping[str, Any], name: str, kind: type[S]) -> Ite
 
 
 def _command(path: Path, where: str, row: dict[str, Any]) -> Experiment:
-    given, known = dict(row), list(inspect.signature(command).parameters)
+    fields, known = dict(row), list(inspect.signature(command).parameters)
     if unknown := sorted(row.keys() - set(known)):
         raise AuditError(f"{where} has the unknown field {unknown[0]!r}; {meant(unknown[0], known)}")
     try:
-        made = command(given.pop("name"), given.pop("line"), **given)
+        experiment = command(fields.pop("name"), fields.pop("line"), **fields)
     except KeyError as missing:
         raise AuditError(f"{where} has no {missing.args[0]}; give name and line") from None
     except TypeError as error:
         raise AuditError(f"{where}: {str(error).partition(') ')[2] or error}; correct it") from None
     except AuditError as error:
         raise AuditError(f"{where}: {error}") from None
-    for name in made.inputs["reads"]:
-        told = [path.with_name(file) for file in (FILE, "printed.toml", "coverage.toml")]
-        if any(file.is_relative_to(folder / name) for file in told for folder in path.parents):
+    for name in experiment.inputs["reads"]:
+        texts = [path.with_name(file) for file in (FILE, "printed.toml", "coverage.toml")]
+        if any(file.is_relative_to(folder / name) for file in texts for folder in path.parents):
             raise AuditError(f"{where} reads {name!r}, and so what the paper prints; let it read what it computes from")
-    return made
+    return experiment
 
 
 def _prints(path: Path, where: str, claim: Stated) -> Any:
     """What the claim prints, each string with its place and unit."""
     kind, _, name = str(claim.printed).partition(":") if isinstance(claim.printed, str) else ("", "", "")
     if kind == "data":
-        found: Any = read_printed(path.with_name("printed.toml"))
+        value: Any = read_printed(path.with_name("printed.toml"))
         for key in name.split("."):
-            found = found[one_of(f"name in printed.toml, at {where}", key, found if isinstance(found, Mapping) else ())]
-        return found
+            value = value[one_of(f"name in printed.toml, at {where}", key, value if isinstance(value, Mapping) else ())]
+        return value
     if not claim.place or not (claim.printed or claim.reason):
         raise AuditError(f'{where} {claim.id}: give place and printed, or printed = "data:NAME" of printed.toml')
     table = {"place": claim.place, "value": claim.printed or "-", "unit": claim.unit, "note": claim.note}
@@ -210,15 +212,15 @@ def _prints(path: Path, where: str, claim: Stated) -> Any:
 def _require_named(claim: Stated, names: Sequence[str], where: str) -> None:
     """Raise AuditError for a field that says something of an entry that is not there."""
     for field in SPLIT:
-        said = getattr(claim, field)
-        for name in said if isinstance(said, dict) else ():
+        value = getattr(claim, field)
+        for name in value if isinstance(value, dict) else ():
             if name not in names:
                 raise AuditError(f"{where}: {field} speaks of the entry {name!r}; {meant(name, names)}")
 
 
 def _declare(part: Part, claim: Stated, entry: str, printed: Any, files: _Files, where: str, line: Line) -> None:
-    def way(given: str | list[str]) -> list[str]:
-        return [step.replace("{key}", entry) for step in (given.split(":") if isinstance(given, str) else given)]
+    def way(source: str | list[str]) -> list[str]:
+        return [step.replace("{key}", entry) for step in (source.split(":") if isinstance(source, str) else source)]
 
     if not isinstance(printed, str):
         raise AuditError(f"{where}: a claim is on a printed number, and {printed!r} is none; write it as a string")
@@ -229,7 +231,7 @@ def _declare(part: Part, claim: Stated, entry: str, printed: Any, files: _Files,
     if bool(claim.source) == bool(claim.reason):
         raise AuditError(f"{where} {claim.id}: give from, where the number stands, or a reason why none settles it")
     name = claim.id.replace("{key}", entry) if "{key}" in claim.id else ".".join(filter(None, (claim.id, entry)))
-    told: dict[str, Any] = {
+    fields: dict[str, Any] = {
         # An id is in lower case and without blanks, whatever points or cases are called in print.
         "name": re.sub(r"[_\s]+", "-", name).lower(),
         "printed": printed,
@@ -238,9 +240,9 @@ def _declare(part: Part, claim: Stated, entry: str, printed: Any, files: _Files,
         "reading": claim.of("reading", entry, NO_READING),
     }
     if claim.reason:
-        part.cited(**told, reason=claim.reason, settled_by=claim.settled_by, line=line)
+        part.cited(**fields, reason=claim.reason, settled_by=claim.settled_by, line=line)
         return
-    ways = [way(given) for given in (claim.source, claim.check) if given]
+    ways = [way(source) for source in (claim.source, claim.check) if source]
     if ways[1:] == ways[:1]:
         raise AuditError(
             f"{where}: check is {':'.join(ways[0])!r}, the result itself; give the same number by another method, or "
@@ -248,19 +250,19 @@ def _declare(part: Part, claim: Stated, entry: str, printed: Any, files: _Files,
         )
     uses = [files.source(steps[0]) for steps in ways]
     try:
-        found, meant_here, _ = parse(printed), claim.of("meant", entry), decimal_fraction(claim.times)
+        print_, meant_here, _ = parse(printed), claim.of("meant", entry), decimal_fraction(claim.times)
     except AuditError as error:
         raise AuditError(f"{where} {claim.id}: {error}") from None
     part.claim(
-        Kind.BOUND if found.relation else Kind.MATRIX if found.shape else Kind.VALUE,
+        Kind.BOUND if print_.relation else Kind.MATRIX if print_.shape else Kind.VALUE,
         pinned=claim.of("pinned", entry) or ("reproduced after erratum" if meant_here else ""),
-        uses=dict.fromkeys(one for names in uses for one in names),
+        uses=dict.fromkeys(experiment for names in uses for experiment in names),
         erratum=claim.of("erratum", entry) or None,
         meant=meant_here,
         uncertainty=claim.uncertainty,
         tolerance=claim.tolerance,
         tolerance_reason=claim.tolerance_reason,
-        **told,
+        **fields,
     )(declared(line, partial(_answer, where, str(printed), claim, list(zip(ways, uses, strict=True)))))
 
 
@@ -273,10 +275,10 @@ def _answer(
     values = [_scaled(value_at(where, steps, names[0], results), claim.times) for steps, names in ways]
     paths = [":".join(steps) for steps, _ in ways]
     loose = [steps[0] for steps, names in ways if names[0] != steps[0] and len(names) == 1]
-    told = claim.method or f"As it stands at {paths[0]}{f', times {claim.times}' * (claim.times != '1')}."
-    told += "".join(f" Nothing here makes {file}." for file in loose)
+    text = claim.method or f"As it stands at {paths[0]}{f', times {claim.times}' * (claim.times != '1')}."
+    text += "".join(f" Nothing here makes {file}." for file in loose)
     if len(values) == 1:
-        return Evidence(method=told, value=values[0])
+        return Evidence(method=text, value=values[0])
     print_ = by_digits(parse(printed), isinstance(values[0], tuple))
     aligned = [print_.align(what, value) for what, value in zip(("value", "second value"), values, strict=True)]
     for entry, first, second in zip(print_.entries, *aligned, strict=True):
@@ -285,7 +287,7 @@ def _answer(
                 f"{where}: {paths[0]} is {first!r} and {paths[1]} is {second!r}, more than half a printed place apart; "
                 "find out which of the two is wrong"
             )
-    return Evidence(method=told, cross_check=f"{paths[1]} gives {layout(values[1], '{:.9g}'.format)}.", value=values[0])
+    return Evidence(method=text, cross_check=f"{paths[1]} gives {layout(values[1], '{:.9g}'.format)}.", value=values[0])
 
 
 def _scaled(value: Any, times: str) -> Any:
@@ -307,8 +309,8 @@ def value_at(where: str, steps: Sequence[str], name: str, results: Results) -> A
     """
     first, *rest = steps
     if name not in results:
-        there = ", ".join(list(results)[:8])
-        raise AuditError(f"{where}: {':'.join(steps)!r} leads nowhere: among the results there is {there}")
+        names = ", ".join(list(results)[:8])
+        raise AuditError(f"{where}: {':'.join(steps)!r} leads nowhere: among the results there is {names}")
     value = results[name]
     if first.endswith(".csv"):
         header, columns = list(value), value.values()
@@ -330,25 +332,25 @@ def _inside(where: str, so_far: str, value: Any, steps: Sequence[str]) -> Any:
     if isinstance(value, list):
         if "=" in step:
             rows = [entry for entry in value if isinstance(entry, Mapping) and entry]
-            found = [row for row in rows if _fits(row, several)]
-            if len(found) > 1:
-                raise AuditError(f"{where}: {len(found)} rows of {so_far} have {step}; add ,column=value, or write #1")
-            inside = {step: found[0]} if found else {next(iter(row.values())): row for row in rows}
+            hits = [row for row in rows if _fits(row, several)]
+            if len(hits) > 1:
+                raise AuditError(f"{where}: {len(hits)} rows of {so_far} have {step}; add ,column=value, or write #1")
+            inside = {step: hits[0]} if hits else {next(iter(row.values())): row for row in rows}
         elif step.startswith("#"):
             inside = {f"#{number}": entry for number, entry in enumerate(value, 1)}
-    elif step not in inside and len(several) > 1 and all(one in inside for one in several):
-        inside = {step: [inside[one] for one in several]}
+    elif step not in inside and len(several) > 1 and all(column in inside for column in several):
+        inside = {step: [inside[column] for column in several]}
     key: Any = int(step) if isinstance(value, list) and step.isdecimal() else step
     if key not in inside:
-        there = ", ".join(map(str, list(inside)[:8])) or f"only {value!r:.40}"
-        raise AuditError(f"{where} leads nowhere: in {so_far} there is {there}, and no {step}")
+        names = ", ".join(map(str, list(inside)[:8])) or f"only {value!r:.40}"
+        raise AuditError(f"{where} leads nowhere: in {so_far} there is {names}, and no {step}")
     return _inside(where, f"{so_far}:{step}", inside[key], rest)
 
 
 def _fits(row: Mapping[str, Any], conditions: Sequence[str]) -> bool:
     """Whether each `column=value` holds, as text or as a number."""
-    pairs = [(row.get(column), wanted) for column, _, wanted in (one.partition("=") for one in conditions)]
-    return all(cell is not None and (str(cell) == wanted or _number(cell) == _number(wanted)) for cell, wanted in pairs)
+    pairs = [(row.get(column), value) for column, _, value in (condition.partition("=") for condition in conditions)]
+    return all(cell is not None and (str(cell) == value or _number(cell) == _number(value)) for cell, value in pairs)
 
 
 def _number(cell: Any) -> Any:

@@ -67,16 +67,16 @@ class Project:
     @property
     def keys(self) -> tuple[str, ...]:
         """The papers there are, by module name, which is also `Paper.key`."""
-        found = (module.name for module in pkgutil.iter_modules([str(self.folder)]))
-        return tuple(sorted(name for name in found if not name.startswith("_")))
+        names = (module.name for module in pkgutil.iter_modules([str(self.folder)]))
+        return tuple(sorted(name for name in names if not name.startswith("_")))
 
     def load(self, keys: Iterable[str] = ()) -> tuple[Paper, ...]:
         """The papers of these keys, or all, in the order of `keys`; AuditError for an unknown or broken one."""
         if not self.keys:
             raise AuditError(f"there is no paper in {self.folder} yet; begin one with `replication new KEY`")
-        wanted = {one_of("paper", key, self.keys) for key in keys} or set(self.keys)
+        selection = {one_of("paper", key, self.keys) for key in keys} or set(self.keys)
         self._let_import()
-        return tuple(self._paper(key) for key in self.keys if key in wanted)
+        return tuple(self._paper(key) for key in self.keys if key in selection)
 
     def _let_import(self) -> None:
         """Python finds the papers here, and no package of the same name elsewhere."""
@@ -115,8 +115,8 @@ class Project:
         if isinstance(error, SyntaxError) and error.filename:
             at.append((Path(error.filename), error.lineno))
         where = f" [{at[-1][0].relative_to(self.root).as_posix()}:{at[-1][1]}]" if at else ""
-        said = error.msg if isinstance(error, SyntaxError) else told(error)
-        return f"{'' if isinstance(error, ReplicationError) else f'{type(error).__name__}: '}{said}{where}"
+        message = error.msg if isinstance(error, SyntaxError) else told(error)
+        return f"{'' if isinstance(error, ReplicationError) else f'{type(error).__name__}: '}{message}{where}"
 
 
 def find_project(start: Path) -> Project:
@@ -147,21 +147,21 @@ def read_settings(root: Path) -> Settings:
 
 @functools.cache
 def _settings(path: Path, content: str) -> Settings:
-    found = converted(str(path), read_tables(path), Settings)
-    name = found.papers
+    record = converted(str(path), read_tables(path), Settings)
+    name = record.papers
     if not name.isidentifier() or name in {"replication", "tests", *sys.stdlib_module_names}:
         raise AuditError(
             f"{path}: papers = {name!r} cannot name a package of papers; give the name of a folder beside the file "
             f"that is a Python name and no module of Python, such as {PACKAGE!r}"
         )
-    if found.repository and not re.fullmatch(r"https://[A-Za-z0-9.-]+(/[A-Za-z0-9._~-]+)+/?", found.repository):
+    if record.repository and not re.fullmatch(r"https://[A-Za-z0-9.-]+(/[A-Za-z0-9._~-]+)+/?", record.repository):
         raise AuditError(
-            f"{path}: repository = {found.repository!r} is no public address of the sources; give it as in a browser, "
+            f"{path}: repository = {record.repository!r} is no public address of the sources; give it as in a browser, "
             "such as https://github.com/a/b"
         )
-    if not found.title.strip():
+    if not record.title.strip():
         raise AuditError(f"{path}: the title is empty; say what is audited here")
-    return found
+    return record
 
 
 NAME = "paper.toml"
@@ -187,19 +187,19 @@ def about(module: str) -> dict[str, Any]:
     module: a module of the paper, as `__file__`; the key is the name of its folder.
     """
     path = Path(module).with_name(NAME)
-    found, texts = _read(path), read_coverage(path.with_name("coverage.toml"))
+    record, texts = _read(path), read_coverage(path.with_name("coverage.toml"))
     key = path.parent.name
-    fields = {name: getattr(found, name) for name in About.__struct_fields__}
-    people = [author if isinstance(author, Named) else Named(name=author) for author in found.authors]
+    fields = {name: getattr(record, name) for name in About.__struct_fields__}
+    people = [author if isinstance(author, Named) else Named(name=author) for author in record.authors]
     authors = tuple(author.name for author in people)
     return {
         **fields,
         "key": key,
         "authors": authors,
         "orcids": {author.name: author.orcid for author in people if author.orcid},
-        "bibtex": found.bibtex or _entry(key, authors, found),
+        "bibtex": record.bibtex or _entry(key, authors, record),
         "replies": tuple(
-            msgspec.structs.replace(reply, claim=f"{key}.{reply.claim.lower()}") for reply in found.replies
+            msgspec.structs.replace(reply, claim=f"{key}.{reply.claim.lower()}") for reply in record.replies
         ),
         "coverage": tuple(tally for name, text in texts.items() for tally in tallied(name, text)),
     }
@@ -217,14 +217,14 @@ def _at(path: Path, name: str) -> str:
     return f"{path}:{line_of_field(path, name)}: {name}"
 
 
-def _entry(key: str, authors: Iterable[str], found: About) -> str:
+def _entry(key: str, authors: Iterable[str], record: About) -> str:
     """A BibTeX entry of the fields that are given."""
     fields = {
         "author": " and ".join(authors),
-        "title": found.title,
-        "howpublished": found.venue,
-        "year": found.year,
-        "doi": found.doi,
+        "title": record.title,
+        "howpublished": record.venue,
+        "year": record.year,
+        "doi": record.doi,
     }
     lines = [f"@misc{{{key}", *(f"  {name} = {{{value}}}" for name, value in fields.items() if value)]
     return ",\n".join(lines) + "\n}"

@@ -60,8 +60,8 @@ def lyapunov_solution(plant: Mapping[str, Any]) -> list[list[str]]:
                 equations[i * size + j, k * size + j] += joint[k, i]
                 equations[i * size + j, i * size + k] += joint[k, j]
     constant = fmpq_mat(size**2, 1, [-int(i == j) for i in range(size) for j in range(size)])
-    found = equations.solve(constant)
-    return [[str(found[i * size + j, 0]) for j in range(size)] for i in range(size)]
+    solution = equations.solve(constant)
+    return [[str(solution[i * size + j, 0]) for j in range(size)] for i in range(size)]
 
 
 def lyapunov(plant: Mapping[str, Any]) -> dict[str, Any]:
@@ -81,8 +81,8 @@ def worst_error(plant: Mapping[str, Any]) -> list[list[str]]:
     """χ = (x, ξ) with the largest |C ξ| for its V = χᵀP χ: P⁻¹ (0, Cᵀ), of length one."""
     P, C = as_floats(lyapunov_solution(plant)), as_floats(plant["C"])
     chi = np.linalg.solve(P, np.hstack([0 * C, C]).T)
-    found: list[list[str]] = rounded_array(chi / np.linalg.norm(chi), VECTOR_BITS)
-    return found
+    vector: list[list[str]] = rounded_array(chi / np.linalg.norm(chi), VECTOR_BITS)
+    return vector
 
 
 def _largest_eigenvalue(loop: DualRateLoop) -> complex:

@@ -100,8 +100,8 @@ def unseen_for_long(problem: MultirateProblem, level: float) -> tuple[int, list[
     """
     N = problem.schedule.period
     for length in range(N, MOST_PERIODS * N, N):
-        found = [(*_best_of_length(problem, start, length), start) for start in range(N)]
-        ratio, d, start = max(found, key=lambda candidate: candidate[0])
+        candidates = [(*_best_of_length(problem, start, length), start) for start in range(N)]
+        ratio, d, start = max(candidates, key=lambda candidate: candidate[0])
         if ratio >= level * (1 - NEAR):
             return start, rounded_array(d[:, :, None], BITS), ratio
     raise SolverError(f"no disturbance of {MOST_PERIODS} periods comes within {NEAR:g} of the level {level!r}")
@@ -180,11 +180,11 @@ def in_units(
         "W": written(exact(plant["W"]) * back * (1 / size)),
         "L": [written(states * exact(L)) for L in plant["L"]],
     }
-    made = maker({**theorem, "plant": scaled})
-    P = [written(states * exact(P_k) * states * size**2) for P_k in made["witness"]["P"]]
+    certificate = maker({**theorem, "plant": scaled})
+    P = [written(states * exact(P_k) * states * size**2) for P_k in certificate["witness"]["P"]]
     return {
-        "bound": {side: str(rational(number) * size) for side, number in made["bound"].items()},
-        "witness": {**made["witness"], "P": P},
+        "bound": {side: str(rational(number) * size) for side, number in certificate["bound"].items()},
+        "witness": {**certificate["witness"], "P": P},
     }
 
 
@@ -255,10 +255,10 @@ def lyapunov_matrices(system: PeriodicSystem, level: float, slack: float = SLACK
         )
         for stage in reversed(system.stages)
     )
-    found = settled(backwards)
-    if found is None:
+    matrices = settled(backwards)
+    if matrices is None:
         raise SolverError(f"no Lyapunov matrices at the level {level!r}: rounding spoils the recursion; raise it")
-    return found[::-1]
+    return matrices[::-1]
 
 
 # Certificates of gains under losses: storage functions on all that may happen, and the worst pattern found
@@ -272,8 +272,8 @@ def least_gain(theorem: Mapping[str, Any]) -> dict[str, Any]:
     """Bounds and witness for the gains that `losses.design` finds, rounded."""
     problem = problem_of(theorem)
     plant, schedule = problem.plant, problem.schedule
-    found = losses.design(multirate.design(plant, periods=schedule.periods, offsets=schedule.offsets), _model(theorem))
-    return gain_under_losses(theorem, rounded_array(found.gains["L"], STATE_BITS), found.bracket.upper)
+    result = losses.design(multirate.design(plant, periods=schedule.periods, offsets=schedule.offsets), _model(theorem))
+    return gain_under_losses(theorem, rounded_array(result.gains["L"], STATE_BITS), result.bracket.upper)
 
 
 def gain_under_losses(theorem: Mapping[str, Any], gains: Any, level: float) -> dict[str, Any]:
@@ -281,8 +281,8 @@ def gain_under_losses(theorem: Mapping[str, Any], gains: Any, level: float) -> d
 
     Raises SolverError if no level is proved.
     """
-    made = in_units({**theorem, "plant": {**theorem["plant"], "L": gains}}, level, _bounded)
-    return {**made, "witness": {"L": gains, **made["witness"]}}
+    certificate = in_units({**theorem, "plant": {**theorem["plant"], "L": gains}}, level, _bounded)
+    return {**certificate, "witness": {"L": gains, **certificate["witness"]}}
 
 
 def _model(theorem: Mapping[str, Any]) -> InARow:
@@ -292,16 +292,16 @@ def _model(theorem: Mapping[str, Any]) -> InARow:
 
 def _bounded(theorem: Mapping[str, Any]) -> dict[str, Any]:
     problem = problem_of(theorem)
-    given = automaton(problem, _model(theorem))
+    graph = automaton(problem, _model(theorem))
     gains = as_floats(theorem["plant"]["L"])
-    worst = worst_case(problem, given, gains, given.cycles())
+    worst = worst_case(problem, graph, gains, graph.cycles())
     system = along(problem, gains, worst.word)
     turn, v = peak_disturbance(system, l2_gain(system).angle)
     leaving = [worst.tree.out[node] for node in range(len(worst.P))]
     return {
         "bound": bracket(worst.lower, worst.upper, LOSS_MARGIN, LEVEL_BITS),
         "witness": {
-            "at": [given.edges[worst.tree.edges[out[0]].origin].source for out in leaving],
+            "at": [graph.edges[worst.tree.edges[out[0]].origin].source for out in leaving],
             "to": [[worst.tree.edges[i].target for i in out] for out in leaving],
             "P": rounded_array(worst.P, STATE_BITS),
             "word": list(worst.word),

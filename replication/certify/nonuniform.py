@@ -66,10 +66,10 @@ def storage_matrix(plant: Json, filter_: Json, period: str, level: fmpq, *, weig
         A, B, C = error_stage(plant, filter_, h)
         weight = h if weighted else arb(1)
         supplied = weight * arb(level) ** 2
-        one = arb_mat(identity(A.nrows()))
-        G, P = -(B * B.transpose()) / supplied, C.transpose() * C * weight + one * arb(SLACK)
+        unit = arb_mat(identity(A.nrows()))
+        G, P = -(B * B.transpose()) / supplied, C.transpose() * C * weight + unit * arb(SLACK)
         for _ in range(MAX_DOUBLINGS):
-            through = (one + G * P).inv()
+            through = (unit + G * P).inv()
             added = A.transpose() * P * through * A
             A, G, P = (A * through * A).mid(), (G + A * through * G * A.transpose()).mid(), (P + added).mid()
             if _size(added) < SETTLED * _size(P):
@@ -148,14 +148,14 @@ def storage_certificate(
         level = rounded_up(norm * (1 + NOMINAL_MARGIN), LEVEL_BITS)
         P = storage_matrix(plant, filter_, parameters["from"], rational(level), weighted=system.weighted)
         return {"upper": level}, {"cells": ["0", "1"], "before": [[0]], "P": [P]}
-    found = guaranteed_level(system, chosen, periods, max_leaves=leaves, cuts=cuts)
-    inner = [(edge - periods.h_l) / (periods.h_u - periods.h_l) for edge in found.edges[1:-1]]
+    bound = guaranteed_level(system, chosen, periods, max_leaves=leaves, cuts=cuts)
+    inner = [(edge - periods.h_l) / (periods.h_u - periods.h_l) for edge in bound.edges[1:-1]]
     storage = {
         "cells": ["0", *(rounded(share, SHARE_BITS) for share in inner), "1"],
-        "before": found.tree.before(),
-        "P": rounded_array(symmetric(found.system.storage(found.P)), STORAGE_BITS),
+        "before": bound.tree.before(),
+        "P": rounded_array(symmetric(bound.system.storage(bound.P)), STORAGE_BITS),
     }
-    return {"upper": rounded_up(found.level * (1 + RANGE_MARGIN), RANGE_BITS)}, storage
+    return {"upper": rounded_up(bound.level * (1 + RANGE_MARGIN), RANGE_BITS)}, storage
 
 
 def gain_lower(theorem: Mapping[str, Any], *, horizon: int = 0, final_horizon: int | None = None) -> Made:

@@ -85,12 +85,12 @@ def certified(result: GainResult, name: str = "own", *, as_written: bool = False
             f"the verifier has no statement on a {type(result).__name__}; a certificate is made of the result of "
             "`design`, of a plant with delays if it is free of noise"
         )
-    made = METHODS[kind](result, name, decimals if as_written else rationals)
+    document = METHODS[kind](result, name, decimals if as_written else rationals)
     try:
-        theorem = check(made)
+        theorem = check(document)
     except Refused as refusal:
         raise SolverError(f"no certificate: the verifier refuses the one that was made: {refusal}") from None
-    return made, theorem.sentence
+    return document, theorem.sentence
 
 
 def _theorem(statement: str, plant: Mapping[str, Any], parameters: Mapping[str, Any]) -> Theorem:
@@ -156,10 +156,10 @@ def _sensed(
 
 def _nonuniform(result: NonuniformResult, name: str, number: Any) -> Made:
     filter_ = result.filter
-    given = _sampled("nonuniform.gain-upper", result.plant, result.periods, number)
+    fields = _sampled("nonuniform.gain-upper", result.plant, result.periods, number)
     theorem = _theorem(
         "nonuniform.gain-upper",
-        {"name": name, **given, "filter": _finite(rationals, **vars(filter_))},
+        {"name": name, **fields, "filter": _finite(rationals, **vars(filter_))},
         {"from": "h_l", "to": "h_u", "weight": "samples"},
     )
     return {**theorem, **nonuniform.gain_upper(theorem, leaves=result.gain.guarantee.leaves)}
@@ -167,10 +167,10 @@ def _nonuniform(result: NonuniformResult, name: str, number: Any) -> Made:
 
 def _stamped(result: StampedResult, name: str, number: Any) -> Made:
     _finite(rationals, G=result.filter.G)
-    given = _sampled("nonuniform.stamped-gain", result.plant, result.periods, number)
-    theorem = _theorem("nonuniform.stamped-gain", {"name": name, **given}, {})
-    made = nonuniform.stamped_gain(theorem, result.filter, result.gain.proof, result.gain.attack.runs)
-    return {**theorem, **made}
+    fields = _sampled("nonuniform.stamped-gain", result.plant, result.periods, number)
+    theorem = _theorem("nonuniform.stamped-gain", {"name": name, **fields}, {})
+    document = nonuniform.stamped_gain(theorem, result.filter, result.gain.proof, result.gain.attack.runs)
+    return {**theorem, **document}
 
 
 def _sampled(statement: str, plant: SampledPlant, periods: PeriodRange, number: Any) -> Made:
@@ -210,17 +210,17 @@ def _dualrate(result: DualRateResult, name: str, number: Any) -> Made:
 
 def _delay(result: DelayResult, name: str, number: Any) -> Made:
     system = result.plant
-    given = {"A0": system.a0, "A": system.a, "delays": system.delays, "B": system.b, "C10": system.c10}
-    plant = {"name": name, **_finite(number, **given, C1=system.c1, C2=system.c2)}
+    fields = {"A0": system.a0, "A": system.a, "delays": system.delays, "B": system.b, "C10": system.c10}
+    plant = {"name": name, **_finite(number, **fields, C1=system.c1, C2=system.c2)}
     level = rounded_up(_finite(float, level=result.value)["level"], LEVEL_BITS)
-    told, degrees = "", getattr(result.proof, "degree", 1)
+    reason, degrees = "", getattr(result.proof, "degree", 1)
     for degree in range(1, degrees + 1):
         theorem = _theorem("delay.gain-upper", plant, {"degree": degree})
         try:
             return {**theorem, "bound": {"upper": level}, "witness": delay_makers.grams_in_units(plant, level, degree)}
         except (InfeasibleError, SolverError) as error:
-            told = str(error)
-    raise SolverError(f"no certificate: no exact storage was found up to degree {degrees} ({told})")
+            reason = str(error)
+    raise SolverError(f"no certificate: no exact storage was found up to degree {degrees} ({reason})")
 
 
 METHODS: Mapping[type[GainResult], Callable[[Any, str, Any], Made]] = {

@@ -61,17 +61,17 @@ def design(chosen: argparse.Namespace) -> int:
     certificate = f"{plant.name}-{plant.method}.certificate.json"
     require_free(directory, replace=chosen.force, proof=certificate)
     options = {option.name: getattr(chosen, option.name) for option in method.options}
-    given = {name: value for name, value in options.items() if value is not None}
-    call = _call(chosen, given)
+    settings = {name: value for name, value in options.items() if value is not None}
+    call = _call(chosen, settings)
     # A search that was killed goes on from here.
     timings = directory.with_name(f"{directory.name}.timings")
-    if searched := given.get("offsets") == "best":
-        given["timings"] = timings
+    if searched := settings.get("offsets") == "best":
+        settings["timings"] = timings
     try:
         with warnings.catch_warnings():
             # What overflows on the way is found where the finished design is evaluated.
             warnings.simplefilter("ignore", RuntimeWarning)
-            result = method.design(plant.values, **given).named(**plant.names, units=plant.units)
+            result = method.design(plant.values, **settings).named(**plant.names, units=plant.units)
         proof, proved = {}, []
         if chosen.certificate:
             from replication.audit.run.certify import to_json
@@ -95,10 +95,10 @@ def design(chosen: argparse.Namespace) -> int:
     return FINE
 
 
-def _call(chosen: argparse.Namespace, given: dict[str, Any]) -> str:
+def _call(chosen: argparse.Namespace, settings: dict[str, Any]) -> str:
     """The command line that makes the same design again."""
     words = ["replication", "design", chosen.method, chosen.plant.name]
-    for name, value in given.items():
+    for name, value in settings.items():
         text = ",".join(str(part) for part in value) if isinstance(value, (list, tuple)) else str(value)
         words += [f"--{name}", text]
     words += ["--certificate"] * chosen.certificate

@@ -35,8 +35,8 @@ def new(chosen: argparse.Namespace) -> int:
     from replication.scaffold.make import scaffold
 
     root = root_above(Path.cwd()) or Path.cwd()
-    there = (root / read_settings(root).papers / chosen.key).is_dir()
-    if not (chosen.ci and there):
+    exists = (root / read_settings(root).papers / chosen.key).is_dir()
+    if not (chosen.ci and exists):
         say(map(str, scaffold(chosen.key, root, tables=chosen.tables)))
     if chosen.ci:
         from replication.audit.publish.rebuild import BARE, rebuild_files
@@ -95,8 +95,8 @@ def coverage(chosen: argparse.Namespace) -> int:
     """Print counts, what is open, and faults of the lists; with a text, where it and its list differ."""
     from replication.audit.inspect.coverage import faults, read_coverage
 
-    given = [path for path in (chosen.text, chosen.draft) if path is not None]
-    if len(given) != (chosen.paper is not None):
+    paths = [path for path in (chosen.text, chosen.draft) if path is not None]
+    if len(paths) != (chosen.paper is not None):
         raise InvalidInputError("--paper KEY goes with --text FILE or with --draft FILE; give both or neither")
     if chosen.draft is not None:
         return _draft(chosen.draft, chosen.paper)
@@ -151,6 +151,6 @@ def _compare(path: Path, key: str, name: str) -> int:
     (paper,) = project.load([key])
     texts = read_coverage(project.folder / paper.key / "coverage.toml")
     text = texts[one_of("text of the list", name or next(iter(texts), ""), texts)]
-    found = list(differences(text, read_text(path)))
-    say([*found, f"{len(found)} numerals differ between {path} and the list of {paper.key}"])
-    return DIFFERENT if found else FINE
+    lines = list(differences(text, read_text(path)))
+    say([*lines, f"{len(lines)} numerals differ between {path} and the list of {paper.key}"])
+    return DIFFERENT if lines else FINE

@@ -49,9 +49,9 @@ def certify(chosen: argparse.Namespace) -> int:
     from replication.audit.run import certify as makers
 
     failed = 0
-    for made in makers.certify(project_root(), chosen.names, again=chosen.again, jobs=chosen.jobs):
-        failed += bool(made.error)
-        say([f"{made.name} {made.seconds:.1f} s: {f'NOT MADE: {made.error}' if made.error else 'proved'}"])
+    for answer in makers.certify(project_root(), chosen.names, again=chosen.again, jobs=chosen.jobs):
+        failed += bool(answer.error)
+        say([f"{answer.name} {answer.seconds:.1f} s: {f'NOT MADE: {answer.error}' if answer.error else 'proved'}"])
     return DIFFERENT if failed else FINE
 
 
@@ -71,8 +71,8 @@ def coq(chosen: argparse.Namespace) -> int:
     from replication.machine.run import check
 
     root = project_root()
-    found = check(root, root / "build" / "coq", chosen.names, lambda line: say([line]), again=chosen.again)
-    done = [one for all_of_paper in found.values() for one in all_of_paper]
-    failed = sum(bool(one.reason) for one in done)
-    say([f"{len(done) - failed} of {len(done)} theorems proved by Coq"])
+    outcomes = check(root, root / "build" / "coq", chosen.names, lambda line: say([line]), again=chosen.again)
+    theorems = [theorem for all_of_paper in outcomes.values() for theorem in all_of_paper]
+    failed = sum(bool(theorem.reason) for theorem in theorems)
+    say([f"{len(theorems) - failed} of {len(theorems)} theorems proved by Coq"])
     return DIFFERENT if failed else FINE

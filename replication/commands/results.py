@@ -25,8 +25,8 @@ def list_claims(chosen: argparse.Namespace) -> int:
     from replication.audit.publish.terminal import list_lines
 
     # In a directory that was asked for the results must be there.
-    found = results_of(chosen).claims if chosen.output or results_path(chosen).is_file() else ()
-    say(list_lines(here().load(chosen.papers), {claim.id: claim for claim in found}))
+    records = results_of(chosen).claims if chosen.output or results_path(chosen).is_file() else ()
+    say(list_lines(here().load(chosen.papers), {claim.id: claim for claim in records}))
     return FINE
 
 
@@ -91,9 +91,9 @@ def _checked(project: Project, path: Path, drawn: Path, last: Last) -> Said:
     wrong = [f"coverage: {fault}" for paper in papers for fault in faults(folder / paper.key, paper)]
     count = f"{len(problems)} problem{'s' * (len(problems) != 1)} in {len(results.claims)} claims"
     lines = (*problems, *([f"note: {note}"] if note else []), count, *wrong)
-    said = lines, DIFFERENT if problems or wrong else FINE
-    last.keep(said, loading, again.traced, again.untraced)
-    return said
+    answer = lines, DIFFERENT if problems or wrong else FINE
+    last.keep(answer, loading, again.traced, again.untraced)
+    return answer
 
 
 @command(

@@ -49,15 +49,15 @@ def audit(chosen: argparse.Namespace) -> int:
 
     executor = _executor(chosen)
     project = here()
-    root, wanted = project.root, sorted(set(chosen.papers or project.keys))
-    target = chosen.output or root / "report" / ("" if wanted == list(project.keys) else "+".join(wanted))
+    root, keys = project.root, sorted(set(chosen.papers or project.keys))
+    target = chosen.output or root / "report" / ("" if keys == list(project.keys) else "+".join(keys))
     drawings = chosen.figures or root / "figures"
     directory = project.cache
     written = [drawings, *(target / name for name in ("results.json", "index.html", "articles"))]
-    last = Last(root, written, [*wanted, *tutorials(), *map(str, written)], directory)
-    if not (chosen.no_cache or chosen.twice) and (said := last.said()):
-        say(said[0])
-        return said[1]
+    last = Last(root, written, [*keys, *tutorials(), *map(str, written)], directory)
+    if not (chosen.no_cache or chosen.twice) and (answer := last.said()):
+        say(answer[0])
+        return answer[1]
     from replication.audit.declare import unlisted
     from replication.audit.inspect.headline import notes
     from replication.audit.publish.terminal import run_lines
@@ -67,7 +67,7 @@ def audit(chosen: argparse.Namespace) -> int:
     from replication.files import require_writable, unwritable
 
     with traced(root) as loading:
-        papers = project.load(wanted)
+        papers = project.load(keys)
     lost = [words for paper in papers for words in unlisted(paper, project.folder)]
     if lost:
         raise AuditError(f"claims that nobody would see: {'; '.join(lost)}; add them to parts=..., or take them away")

@@ -55,11 +55,11 @@ def results_of(chosen: argparse.Namespace) -> ResultsFile:
 
     results, project = read_results(results_path(chosen)), here()
     cache, tree = Cache(project.cache), SourceTree(default_packages(project.root))
-    reading = [one for one in results.experiments if any(name.startswith("./") for name in one.read)]
-    read = {name: now for one in reading for name, now in cache.data(one.name, one.key).items() if name[:2] == "./"}
+    reading = [item for item in results.experiments if any(name.startswith("./") for name in item.read)]
+    read = {name: now for item in reading for name, now in cache.data(item.name, item.key).items() if name[:2] == "./"}
     if moved := [name[2:] for name, then in read.items() if state(name, tree) != then]:
-        told = "the results were computed from other files; `replication run` computes them again"
-        print(f"replication: changed since the run: {listed(moved)}; {told}", file=sys.stderr)
+        advice = "the results were computed from other files; `replication run` computes them again"
+        print(f"replication: changed since the run: {listed(moved)}; {advice}", file=sys.stderr)
     return results
 
 
@@ -69,16 +69,16 @@ def say_report(results: ResultsFile, figures: Path, output: Path) -> list[str]:
     from replication.audit.report.page import build_report
 
     try:
-        told = [f"report: {build_report(results, figures, output, project_root())}"]
+        lines = [f"report: {build_report(results, figures, output, project_root())}"]
         build_articles(results, figures, output.parent / "articles")
     except AuditError as error:
         raise (AuditError(f"{error}; {output} is of an earlier run") if output.is_file() else error) from None
     if absent := sorted({paper.notebook for paper in results.papers if paper.notebook}.difference(tutorials())):
-        told.append(
+        lines.append(
             f"tutorials not built yet, to which it links: {', '.join(absent)}; `replication notebooks` writes them"
         )
-    say(told)
-    return told
+    say(lines)
+    return lines
 
 
 def tutorials() -> list[str]:

@@ -31,9 +31,9 @@ def as_matrix(name: str, value: Any, *, rows: int | None = None, columns: int | 
     if matrix.ndim != 2:
         advice = "write a column as [[1], [2]]" if matrix.ndim else f"write a single number as [[{matrix}]]"
         raise InvalidInputError(f"{name} must have two dimensions, got shape {matrix.shape}; {advice}")
-    for axis, (word, wanted) in enumerate((("rows", rows), ("columns", columns))):
-        if wanted is not None and matrix.shape[axis] != wanted:
-            raise InvalidInputError(f"{name} must have {wanted} {word}, got shape {matrix.shape}")
+    for axis, (word, size) in enumerate((("rows", rows), ("columns", columns))):
+        if size is not None and matrix.shape[axis] != size:
+            raise InvalidInputError(f"{name} must have {size} {word}, got shape {matrix.shape}")
     matrix.flags.writeable = False
     return matrix
 
@@ -54,14 +54,14 @@ def _real_array(name: str, value: Any) -> Array:
     try:
         if np.ma.is_masked(value):
             raise TypeError("entries are masked")
-        given = np.array(value)
+        entries = np.array(value)
         # A cast would drop imaginary parts, and read digits out of text, without a word.
-        if given.dtype.kind not in "biufO":
-            raise TypeError(f"its entries are of type {given.dtype}")
-        for entry in given.flat if given.dtype.kind == "O" else ():
+        if entries.dtype.kind not in "biufO":
+            raise TypeError(f"its entries are of type {entries.dtype}")
+        for entry in entries.flat if entries.dtype.kind == "O" else ():
             if entry is None or isinstance(entry, (str, bytes, np.complexfloating)):
                 raise TypeError(f"{entry!r} is not a number")
-        array = given.astype(float)
+        array = entries.astype(float)
     except (TypeError, ValueError) as error:
         raise InvalidInputError(f"{name} must be an array of real numbers, got {value!r}: {error}") from None
     if not np.all(np.isfinite(array)):
@@ -237,21 +237,21 @@ def covariance(name: str, value: Any, size: int) -> Array:
     Raises InvalidInputError unless it is symmetric and semidefinite.
     """
     matrix = np.diag(value) if np.ndim(value) == 1 else value
-    given = as_matrix(name, matrix, rows=size, columns=size)
-    scale = np.sqrt(np.abs(np.outer(np.diag(given), np.diag(given))))
-    if np.any(np.diag(given) < 0):
-        where = int(np.argmin(np.diag(given)))
+    sigma = as_matrix(name, matrix, rows=size, columns=size)
+    scale = np.sqrt(np.abs(np.outer(np.diag(sigma), np.diag(sigma))))
+    if np.any(np.diag(sigma) < 0):
+        where = int(np.argmin(np.diag(sigma)))
         raise InvalidInputError(
-            f"{name}[{where}][{where}] is a variance and must not be negative, got {given[where][where]:.6g}"
+            f"{name}[{where}][{where}] is a variance and must not be negative, got {sigma[where][where]:.6g}"
         )
-    if np.any(np.abs(given - given.T) > ROUNDING * np.maximum(scale, np.abs(given))):
-        raise InvalidInputError(f"{name} must be symmetric, as every covariance is; got {given.tolist()}")
-    if np.any(np.abs(given) > scale * (1 + ROUNDING)) or _least_eigenvalue(given, np.diag(given)) < -ROUNDING:
+    if np.any(np.abs(sigma - sigma.T) > ROUNDING * np.maximum(scale, np.abs(sigma))):
+        raise InvalidInputError(f"{name} must be symmetric, as every covariance is; got {sigma.tolist()}")
+    if np.any(np.abs(sigma) > scale * (1 + ROUNDING)) or _least_eigenvalue(sigma, np.diag(sigma)) < -ROUNDING:
         raise InvalidInputError(
             f"{name} must be positive semidefinite, as every covariance is; its covariances are too large for its "
             "variances"
         )
-    return as_matrix(name, (given + given.T) / 2)
+    return as_matrix(name, (sigma + sigma.T) / 2)
 
 
 def _least_eigenvalue(matrix: Array, variances: Array) -> float:

@@ -50,23 +50,23 @@ def storage(system: Sensing, P: Sequence[fmpq_mat], gains: Sequence[fmpq_mat], l
     for exponent in ROOM:
         room = fmpq(1, 2**exponent)
         factors = [factor(whole - identity(whole.nrows()) * (2 * room), exponent + MORE_BITS) for whole in wholes]
-        if all(found is not None for found in factors):
-            return Storage([found for found in factors if found is not None], room, above)
+        if all(F is not None for F in factors):
+            return Storage([F for F in factors if F is not None], room, above)
     raise InfeasibleError("the matrix of Theorem 2 is not positive definite with room for rounding")
 
 
 def factor(M: fmpq_mat, bits: int) -> fmpq_mat | None:
     """A lower triangular F in multiples of 2^-bits with F F' about M; None if M is not clearly positive definite."""
-    size, one = M.nrows(), 1 << bits
+    size, unit = M.nrows(), 1 << bits
     F = [[0] * size for _ in range(size)]
     for i in range(size):
         for j in range(i + 1):
-            scaled = M[i, j] * one * one
+            scaled = M[i, j] * unit * unit
             left = int(scaled.p // scaled.q) - sum(F[i][k] * F[j][k] for k in range(j))
             if i == j and left <= 0:
                 return None
             F[i][j] = isqrt(left) if i == j else left // F[j][j]
-    return fmpq_mat(size, size, [fmpq(entry, one) for row in F for entry in row])
+    return fmpq_mat(size, size, [fmpq(entry, unit) for row in F for entry in row])
 
 
 def stacked(system: Sensing, x: fmpq_mat, v: fmpq_mat, phase: int, *, hidden: bool) -> fmpq_mat:
@@ -108,11 +108,11 @@ def from_rest(
     """Error above disturbance at each instant from 0 on if v_k acts from `start` on; undisturbed at the last one."""
     width = v[0].ncols()
     x = zeros(system.order, width)
-    found = [zeros(system.order + system.noises, width)] * start
+    errors = [zeros(system.order + system.noises, width)] * start
     for t, v_t in enumerate(v, start):
-        found.append(stacked(system, x, v_t, t % system.phases, hidden=hidden))
+        errors.append(stacked(system, x, v_t, t % system.phases, hidden=hidden))
         x = advanced(steps[t % system.phases], x, v_t)
-    return [*found, block([[x], [zeros(system.noises, width)]])]
+    return [*errors, block([[x], [zeros(system.noises, width)]])]
 
 
 def common_denominator(matrices: Sequence[fmpq_mat]) -> int:
@@ -133,46 +133,46 @@ Certificate = Mapping[str, Any]
 
 def identifier(name: str) -> str:
     """The name of a plant or theorem as Coq writes it."""
-    found = re.sub(r"[^A-Za-z0-9]", "_", name)
-    if not re.match(r"[A-Za-z]", found):
+    word = re.sub(r"[^A-Za-z0-9]", "_", name)
+    if not re.match(r"[A-Za-z]", word):
         raise InvalidInputError(f"{name!r} cannot be the name of a Coq module; start it with a letter")
-    return found
+    return word
 
 
-def proposition(wanted: Certificate, bound: Mapping[str, str]) -> str:
+def proposition(certificate: Certificate, bound: Mapping[str, str]) -> str:
     """What Coq is to prove of a wanted theorem (statement, plant, parameters) with these bounds."""
-    given, plant = wanted["parameters"], identifier(wanted["plant"])
-    lower, upper, relative = (_number(text) for text in (bound["lower"], bound["upper"], given["relative"]))
-    if len(set(given["sensors"])) < len(given["sensors"]):
-        raise InvalidInputError(f"sensors {given['sensors']} name one twice; give each sensor one period")
-    N = len(schedule(given["periods"], given["offsets"]))
-    entries = zip(given["sensors"], given["periods"], (theta % N for theta in given["offsets"]), strict=True)
+    fields, plant = certificate["parameters"], identifier(certificate["plant"])
+    lower, upper, relative = (_number(text) for text in (bound["lower"], bound["upper"], fields["relative"]))
+    if len(set(fields["sensors"])) < len(fields["sensors"]):
+        raise InvalidInputError(f"sensors {fields['sensors']} name one twice; give each sensor one period")
+    N = len(schedule(fields["periods"], fields["offsets"]))
+    entries = zip(fields["sensors"], fields["periods"], (theta % N for theta in fields["offsets"]), strict=True)
     times = "; ".join(f"({sensor}, {period}, {theta})" for sensor, period, theta in entries)
-    on = f"under R {plant}{'_plant' if wanted['statement'] == GAIN else ''} [:: {times}]%nat"
+    on = f"under R {plant}{'_plant' if certificate['statement'] == GAIN else ''} [:: {times}]%nat"
     bounds = " ".join(f"(number R ({number}))" for number in (lower, upper, relative))
-    if wanted["statement"] == GAIN:
+    if certificate["statement"] == GAIN:
         return f"forall R, gain_between ({on})\n  (cyclic R _ _ {plant}) {bounds}"
-    sees = "everything" if wanted["statement"] == SMOOTHER else "the_past"
+    sees = "everything" if certificate["statement"] == SMOOTHER else "the_past"
     return f"forall R, optimum_between ({on})\n  {sees} {bounds}"
 
 
 def source(certificate: Certificate) -> str:
     """The file for Coq."""
-    kind, given = certificate["statement"], SimpleNamespace(**certificate["parameters"])
-    system = read_sensing(certificate["plant"], "plant", given, *(["L"] if kind == GAIN else []))
+    kind, parameters = certificate["statement"], SimpleNamespace(**certificate["parameters"])
+    system = read_sensing(certificate["plant"], "plant", parameters, *(["L"] if kind == GAIN else []))
     witness, upper = certificate["witness"], rational(certificate["bound"]["upper"], "bound.upper")
     P = [matrix(entry, "witness.P") for entry in witness["P"]]
     gains = system.gains if kind == GAIN else _rounded_gains(system, P, witness["Y"])
-    kept = storage(system, P, gains, upper)
+    proof = storage(system, P, gains, upper)
     loops = [*system.error_system(gains), *(part for k in range(system.phases) for part in system.open_loop(k))]
-    wanted = {"statement": kind, "plant": certificate["plant"]["name"], "parameters": certificate["parameters"]}
-    stated = proposition(wanted, certificate["bound"])
+    claim = {"statement": kind, "plant": certificate["plant"]["name"], "parameters": certificate["parameters"]}
+    stated = proposition(claim, certificate["bound"])
     plant, times = re.search(r"under R (\w+) (\[::.*?\]%nat)", stated).groups()  # type: ignore[union-attr]
     sensors = len(certificate["plant"]["C"])
-    widened = [_widened(L, given.sensors, sensors) for L in gains]
+    widened = [_widened(L, parameters.sensors, sensors) for L in gains]
     way, steady, turn = _below(system, kind, witness)
     lower, upper_, relative = (
-        _number(text) for text in (*(certificate["bound"][side] for side in ("lower", "upper")), given.relative)
+        _number(text) for text in (*(certificate["bound"][side] for side in ("lower", "upper")), parameters.relative)
     )
     turned = f"{turn.nrows()} turn way cycle"
     check, theorem = {
@@ -186,9 +186,9 @@ def source(certificate: Certificate) -> str:
         "den": f"{common_denominator(loops)}%positive",
         "gains": identifier(certificate["plant"]["name"]) if kind == GAIN else _tables(widened),
         "storage": _tables(P),
-        "factors": _tables(kept.factors),
-        "room": f"Qmake {kept.room.p} {kept.room.q}",
-        "above": f"Qmake {kept.above.p} {kept.above.q}",
+        "factors": _tables(proof.factors),
+        "room": f"Qmake {proof.room.p} {proof.room.q}",
+        "above": f"Qmake {proof.above.p} {proof.above.q}",
         "way": _tables(way),
         "cycle": _tables(steady),
         "turn": _table(turn),
@@ -221,14 +221,14 @@ def _below(system: Sensing, kind: str, witness: Certificate) -> tuple[list[fmpq_
 
 def _rounded_gains(system: Sensing, P: Sequence[fmpq_mat], Y: Any) -> list[fmpq_mat]:
     """P_k^-1 Y_k in multiples of 2^-GAIN_BITS; zero for sensors that are not measured."""
-    found, one = [], 1 << GAIN_BITS
+    gains, unit = [], 1 << GAIN_BITS
     for k, Y_k in enumerate(matrices(Y, "witness.Y", system.order, system.sensors, system.phases)):
         used = [fmpq(int(i in system.measured[k])) for i in range(system.sensors)]
         L = P[k].solve(Y_k).tolist()
-        found.append(
-            fmpq_mat([[fmpq(round(x * use * one), one) for x, use in zip(row, used, strict=True)] for row in L])
+        gains.append(
+            fmpq_mat([[fmpq(round(x * use * unit), unit) for x, use in zip(row, used, strict=True)] for row in L])
         )
-    return found
+    return gains
 
 
 def _widened(L: fmpq_mat, sensors: Sequence[int], count: int) -> fmpq_mat:

@@ -81,9 +81,9 @@ class Coq:
             return printed.read_text(encoding="utf-8").removeprefix(key)
         printed.unlink(missing_ok=True)
         write_atomically(path, text.encode())
-        told = self._run("coqc", "-q", "-w", QUIET, f"{place}.v")
-        write_atomically(printed, (key + told).encode())
-        return told
+        output = self._run("coqc", "-q", "-w", QUIET, f"{place}.v")
+        write_atomically(printed, (key + output).encode())
+        return output
 
     def check_again(self, modules: Sequence[str]) -> None:
         """Have `coqchk`, a kernel on its own, check these modules; those of Coq's libraries are taken as they are."""
@@ -93,15 +93,15 @@ class Coq:
         """What a command of Coq printed; raises ReplicationError if it refuses, or takes too long."""
         places = ["-R", "Multirate", "Multirate", "-R", self.paper, self.paper]
         try:
-            done = subprocess.run(
+            reply = subprocess.run(
                 [command, *places, *options],
                 cwd=self.folder, capture_output=True, text=True, timeout=SECONDS, check=False,
             )  # fmt: skip
         except subprocess.TimeoutExpired:
             raise ReplicationError(f"{command} took more than {SECONDS} s for {options[-1]}") from None
-        if done.returncode:
-            raise ReplicationError(f"{command} refuses: {' '.join(done.stderr.split())[-400:] or done.returncode}")
-        return done.stdout
+        if reply.returncode:
+            raise ReplicationError(f"{command} refuses: {' '.join(reply.stderr.split())[-400:] or reply.returncode}")
+        return reply.stdout
 
 
 def wanted(paper: str, root: Path) -> dict[str, Wanted]:
@@ -138,8 +138,8 @@ def audited(coq: Coq, entry: Wanted, certificate: Any, module: str) -> None:
     text = AUDIT.format(paper=coq.paper, modules=module)
     text += f"Definition wanted : {stated} := {module}.proved.\nPrint Assumptions wanted.\n"
     # What the audit printed belongs to this certificate.
-    made = (coq.folder / f"{module.replace('.', '/')}.v").read_bytes()
-    text += f"(* {hashlib.sha256(made).hexdigest()} *)\n"
+    script = (coq.folder / f"{module.replace('.', '/')}.v").read_bytes()
+    text += f"(* {hashlib.sha256(script).hexdigest()} *)\n"
     printed = coq.compile(f"{coq.paper}/audit_{identifier(entry.name)}", text)
     if printed.strip() != CLOSED:
         raise ReplicationError(f"the proof rests on assumptions: {' '.join(printed.split())[:300]}")
@@ -152,37 +152,37 @@ def check(
 
     again: have `coqchk` check the theorems too, and not the theory alone.
     """
-    found: dict[str, list[Checked]] = {}
+    records: dict[str, list[Checked]] = {}
     for paper in papers(root):
         entries = {name: entry for name, entry in wanted(paper, root).items() if not names or name in names}
         if not entries:
             continue
-        coq, found[paper] = prepared(paper, root, folder), []
+        coq, records[paper] = prepared(paper, root, folder), []
         for name, entry in entries.items():
             path = root / "certificates" / paper / f"{name}.json"
             outcome = verify(path, root)
-            done = Checked(paper, name, outcome.reason)
+            record = Checked(paper, name, outcome.reason)
             if outcome.theorem:
-                done = checked(coq, entry, parse(content(path)))
-            found[paper].append(done)
-            say(done.line())
+                record = checked(coq, entry, parse(content(path)))
+            records[paper].append(record)
+            say(record.line())
         if not names:
-            proved = [f"{paper}.{identifier(one.name)}" for one in found[paper] if again and not one.reason]
+            proved = [f"{paper}.{identifier(item.name)}" for item in records[paper] if again and not item.reason]
             theory = [*(f"Multirate.{name}" for name in FILES), f"{paper}.Decimals"]
             # Each theorem by itself, so that each has all of the time that is allowed.
             for modules in (theory, *([name] for name in proved)):
                 coq.check_again(modules)
             say(f"{paper}: coqchk has checked the theory and {len(proved)} theorems again")
-            _record(root, paper, found[paper], coq)
-    if not found:
+            _record(root, paper, records[paper], coq)
+    if not records:
         raise InvalidInputError(f"no paper wants a theorem that Coq checks named {', '.join(names) or 'anything'}")
-    return found
+    return records
 
 
-def _record(root: Path, paper: str, done: Sequence[Checked], coq: Coq) -> None:
+def _record(root: Path, paper: str, records: Sequence[Checked], coq: Coq) -> None:
     """Which certificates Coq has checked, by the checksum of the file, for the report."""
     folder = root / "certificates" / paper
-    proved = [one.name for one in done if not one.reason]
+    proved = [outcome.name for outcome in records if not outcome.reason]
     sums = {name: hashlib.sha256((folder / f"{name}.json").read_bytes()).hexdigest() for name in proved}
     statement = (THEORY / "Statement.v").relative_to(Path(__file__).parents[2]).as_posix()
     theory = sum_for(root / "papers" / paper)

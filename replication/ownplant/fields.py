@@ -43,11 +43,11 @@ class Field:
     instead: str = ""
 
     @classmethod
-    def of(cls, name: str, *, shape: str = "", kind: str = "", optional: bool = False, **told: str) -> Field:
+    def of(cls, name: str, *, shape: str = "", kind: str = "", optional: bool = False, **attributes: str) -> Field:
         """From a row of `methods.toml`; a matrix, or several if there are three letters, unless it says otherwise."""
         letters = tuple(shape.split())
         kind = kind or ("matrices" if len(letters) == 3 else "matrix")
-        return cls(name, Kind[kind.upper()], letters, not optional, **told)
+        return cls(name, Kind[kind.upper()], letters, not optional, **attributes)
 
     def described(self) -> str:
         """Shape and meaning, for the help of the command line."""
@@ -72,12 +72,12 @@ class Option:
 
     @classmethod
     def of(
-        cls, name: str, *, read: str = "word", most: int = 0, several: bool = False, two: bool = False, **told: Any
+        cls, name: str, *, read: str = "word", most: int = 0, several: bool = False, two: bool = False, **settings: Any
     ) -> Option:
         """From a row of `methods.toml`."""
-        one = up_to(most) if most else READERS[read]
-        choices = tuple(told.pop("choices", ())) or None
-        return cls(name, pair(one) if two else listed(one) if several else one, choices=choices, **told)
+        reader = up_to(most) if most else READERS[read]
+        choices = tuple(settings.pop("choices", ())) or None
+        return cls(name, pair(reader) if two else listed(reader) if several else reader, choices=choices, **settings)
 
     def add(self, parser: argparse.ArgumentParser) -> None:
         """Add the option to a parser."""
@@ -91,19 +91,19 @@ class Option:
         )
 
 
-def listed(one: Callable[[str], T]) -> Callable[[str], list[T]]:
+def listed(reader: Callable[[str], T]) -> Callable[[str], list[T]]:
     """Reads values that commas separate."""
-    return lambda text: [one(part.strip()) for part in text.split(",")]
+    return lambda text: [reader(part.strip()) for part in text.split(",")]
 
 
-def pair(one: Callable[[str], T]) -> Callable[[str], list[T]]:
+def pair(reader: Callable[[str], T]) -> Callable[[str], list[T]]:
     """Reads exactly two values."""
 
     def ends(text: str) -> list[T]:
-        found = listed(one)(text)
-        if len(found) != 2:
+        values = listed(reader)(text)
+        if len(values) != 2:
             raise argparse.ArgumentTypeError(f"{text!r} must be two numbers, such as 0.1,0.3")
-        return found
+        return values
 
     return ends
 

@@ -67,14 +67,14 @@ def _multirate(values: Values, *, timings: Any = None, **options: Any) -> GainRe
 
 def _sampled(values: Values) -> Any:
     """The plant of the file, in discrete time or, with A_c, in continuous time."""
-    given = {name: value for name, value in values.items() if name not in ("P0", "goal", "latency")}
-    if "A_c" in given:
-        if "A" in given or "dt" not in given or "S" in given:
+    fields = {name: value for name, value in values.items() if name not in ("P0", "goal", "latency")}
+    if "A_c" in fields:
+        if "A" in fields or "dt" not in fields or "S" in fields:
             raise InvalidInputError("A_c needs the base period dt (s), and takes the place of A; S goes with A alone")
-        return multirate.ContinuousPlant(A=given.pop("A_c"), **given)
+        return multirate.ContinuousPlant(A=fields.pop("A_c"), **fields)
     if COVARIANCES.isdisjoint(values) and {"B_d", "D"} <= values.keys():
-        return multirate.MultiratePlant(**given)
-    return multirate.MultiratePlant.from_covariances(**given)
+        return multirate.MultiratePlant(**fields)
+    return multirate.MultiratePlant.from_covariances(**fields)
 
 
 def _losses(options: Values) -> Any:
@@ -145,7 +145,7 @@ PLAIN = {"A0", "A", "delays", "B", "C10", "C1", "C2"}
 
 def _delay(values: Values, **options: Any) -> GainResult:
     """The observer of Peet and Gu, or with noise, delayed measurements or known inputs the one on the innovation."""
-    given = {name if name in COVARIANCES else name.lower(): value for name, value in values.items() if name != "goal"}
+    fields = {name if name in COVARIANCES else name.lower(): value for name, value in values.items() if name != "goal"}
     if "goal" in values:
         options.setdefault("goal", values["goal"])
     make: Callable[..., Any] = delay.delay_system if PLAIN.issuperset(values) else delay.DelayPlant
@@ -153,16 +153,16 @@ def _delay(values: Values, **options: Any) -> GainResult:
         if missing := COVARIANCES - {"S"} - values.keys():
             raise InvalidInputError(f"{missing.pop()} is missing; Q and R, the intensities of the noise, go together")
         make = delay.DelayPlant.from_covariances
-    return delay.design(make(**given), **options)
+    return delay.design(make(**fields), **options)
 
 
 def _methods(designs: Mapping[str, Callable[..., GainResult]]) -> Iterator[Method]:
     """As `methods.toml` describes them."""
-    told = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+    tables = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
     for name, design in designs.items():
-        fields = tuple(Field.of(key, **row) for key, row in told[name]["fields"].items())
-        options = tuple(Option.of(key, **row) for key, row in told[name]["options"].items())
-        yield Method(name, told[name]["summary"], fields, options, design)
+        fields = tuple(Field.of(key, **row) for key, row in tables[name]["fields"].items())
+        options = tuple(Option.of(key, **row) for key, row in tables[name]["options"].items())
+        yield Method(name, tables[name]["summary"], fields, options, design)
 
 
 METHODS: Mapping[str, Method] = {

@@ -51,31 +51,31 @@ def read_plant(path: Path, method: str) -> PlantFile:
     Raises InvalidInputError that lists all mistakes, or says with its line where the file is not TOML; OSError if it
     cannot be read.
     """
-    found = _parsed(path)
+    table = _parsed(path)
     problems: list[str] = []
     known = {field.name: field for field in METHODS[method].fields}
-    for key in found:
+    for key in table:
         if key not in known and key not in GENERAL:
             problems.append(f"{key}: {_unknown(key, [*known, *GENERAL])}")
-    _check_general(found, method, problems)
-    values = {name: _value(field, found[name], problems) for name, field in known.items() if name in found}
+    _check_general(table, method, problems)
+    values = {name: _value(field, table[name], problems) for name, field in known.items() if name in table}
     missing = [
-        field for field in known.values() if field.required and found.keys().isdisjoint({field.name, field.instead})
+        field for field in known.values() if field.required and table.keys().isdisjoint({field.name, field.instead})
     ]
     problems += [
         f"{field.name}: is missing; write {field.kind}{field.instead and f', or give {field.instead}'}"
         for field in missing
     ]
     sizes = _sizes(known, values, problems)
-    names = _names(found.get("names", {}), sizes, problems)
-    units = _units(found.get("units", {}), {label for labels in names.values() for label in labels}, problems)
+    names = _names(table.get("names", {}), sizes, problems)
+    units = _units(table.get("units", {}), {label for labels in names.values() for label in labels}, problems)
     if problems:
         more = [f"and {len(problems) - MAX_SHOWN} more"] if len(problems) > MAX_SHOWN else []
         lines = "\n  ".join([*problems[:MAX_SHOWN], *more])
         count = f"{len(problems)} mistakes" if len(problems) > 1 else "a mistake"
         raise InvalidInputError(f"{path} has {count}:\n  {lines}")
-    name = found.get("name", path.stem if NAME.fullmatch(path.stem) else "plant")
-    return PlantFile(name, found.get("title", name), method, values, names, units)
+    name = table.get("name", path.stem if NAME.fullmatch(path.stem) else "plant")
+    return PlantFile(name, table.get("title", name), method, values, names, units)
 
 
 def _parsed(path: Path) -> dict[str, Any]:
@@ -112,88 +112,88 @@ def _unknown(key: str, known: Collection[str]) -> str:
     return "is not a key of this method" + (f"; did you mean {near[0]}?" if near else f"; there are {', '.join(known)}")
 
 
-def _check_general(found: Mapping[str, Any], method: str, problems: list[str]) -> None:
-    name = found.get("name", "plant")
+def _check_general(table: Mapping[str, Any], method: str, problems: list[str]) -> None:
+    name = table.get("name", "plant")
     if not isinstance(name, str) or not NAME.fullmatch(name):
         problems.append(
             f"name: must start with a letter and hold at most 40 letters, digits, - and _, for files are called after "
             f"it, got {_shown(name)}"
         )
-    title = found.get("title", "")
+    title = table.get("title", "")
     if not isinstance(title, str) or not title.isprintable() or len(title) > 2 * MAX_LABEL:
         problems.append(f"title: must be one line of at most {2 * MAX_LABEL} characters, got {_shown(title)}")
-    if found.get("method", method) != method:
-        problems.append(f"method: the file is for {_shown(found['method'])}, the command for '{method}'")
-    if found.get("time_unit", "s") != "s":
+    if table.get("method", method) != method:
+        problems.append(f"method: the file is for {_shown(table['method'])}, the command for '{method}'")
+    if table.get("time_unit", "s") != "s":
         problems.append(
-            f"time_unit: must be 's', got {_shown(found['time_unit'])}; convert rates, periods and delays to seconds"
+            f"time_unit: must be 's', got {_shown(table['time_unit'])}; convert rates, periods and delays to seconds"
         )
 
 
-def _value(field: Field, given: Any, problems: list[str]) -> Any:
+def _value(field: Field, value: Any, problems: list[str]) -> Any:
     if field.kind is Kind.TIME:
-        return _positive(field.name, _number(field.name, given, problems), problems)
+        return _positive(field.name, _number(field.name, value, problems), problems)
     if field.kind is Kind.WORD:
-        if not _is_label(given):
-            problems.append(f"{field.name}: must be {Kind.WORD}, got {_shown(given)}")
-        return given
+        if not _is_label(value):
+            problems.append(f"{field.name}: must be {Kind.WORD}, got {_shown(value)}")
+        return value
     if field.kind is Kind.TIMES:
-        times = _numbers(field.name, given, problems)
+        times = _numbers(field.name, value, problems)
         return [_positive(f"{field.name}[{i}]", time, problems) for i, time in enumerate(times)]
     if field.kind is Kind.AGES:
-        ages = _numbers(field.name, given, problems)
+        ages = _numbers(field.name, value, problems)
         problems += [f"{field.name}[{i}]: must be at least 0, got {age:g}" for i, age in enumerate(ages) if age < 0]
         return ages
-    if field.kind is Kind.COVARIANCE and isinstance(given, list) and given and not isinstance(given[0], list):
-        return _numbers(field.name, given, problems)
+    if field.kind is Kind.COVARIANCE and isinstance(value, list) and value and not isinstance(value[0], list):
+        return _numbers(field.name, value, problems)
     if field.kind in (Kind.MATRIX, Kind.COVARIANCE):
-        return _matrix(field.name, given, problems)
-    if not isinstance(given, list):
-        problems.append(f"{field.name}: must be {field.kind}, got {_shown(given)}")
+        return _matrix(field.name, value, problems)
+    if not isinstance(value, list):
+        problems.append(f"{field.name}: must be {field.kind}, got {_shown(value)}")
         return None
-    if not given:
+    if not value:
         problems.append(f"{field.name}: is empty; write {field.kind}")
-    return [_matrix(f"{field.name}[{i}]", matrix, problems) for i, matrix in enumerate(given)]
+    return [_matrix(f"{field.name}[{i}]", matrix, problems) for i, matrix in enumerate(value)]
 
 
-def _matrix(where: str, given: Any, problems: list[str]) -> Matrix | None:
-    if not isinstance(given, list) or not given or not all(isinstance(row, list) for row in given):
-        problems.append(f"{where}: must be {Kind.MATRIX}, got {_shown(given)}")
+def _matrix(where: str, rows: Any, problems: list[str]) -> Matrix | None:
+    if not isinstance(rows, list) or not rows or not all(isinstance(row, list) for row in rows):
+        problems.append(f"{where}: must be {Kind.MATRIX}, got {_shown(rows)}")
         return None
-    entries = sum(len(row) for row in given)
+    entries = sum(len(row) for row in rows)
     if entries > MAX_ENTRIES:
         problems.append(f"{where}: has {entries} entries, more than {MAX_ENTRIES}; pass such arrays to the library")
         return None
-    if len({len(row) for row in given}) > 1:
-        problems.append(f"{where}: its rows have different lengths, {[len(row) for row in given][:MAX_SHOWN]}")
+    if len({len(row) for row in rows}) > 1:
+        problems.append(f"{where}: its rows have different lengths, {[len(row) for row in rows][:MAX_SHOWN]}")
         return None
     before = len(problems)
-    matrix = [_numbers(f"{where}[{i}]", row, problems) for i, row in enumerate(given)]
+    matrix = [_numbers(f"{where}[{i}]", row, problems) for i, row in enumerate(rows)]
     return None if len(problems) > before else matrix
 
 
-def _numbers(where: str, given: Any, problems: list[str]) -> list[float]:
-    if not isinstance(given, list) or len(given) > MAX_ENTRIES:
+def _numbers(where: str, values: Any, problems: list[str]) -> list[float]:
+    if not isinstance(values, list) or len(values) > MAX_ENTRIES:
         problems.append(
-            f"{where}: must be a list of numbers, such as [0.1, 0.2] (at most {MAX_ENTRIES}), got {_shown(given)}"
+            f"{where}: must be a list of numbers, such as [0.1, 0.2] (at most {MAX_ENTRIES}), got {_shown(values)}"
         )
         return []
-    return [_number(f"{where}[{i}]", entry, problems) for i, entry in enumerate(given)]
+    return [_number(f"{where}[{i}]", entry, problems) for i, entry in enumerate(values)]
 
 
-def _number(where: str, given: Any, problems: list[str]) -> float:
-    if isinstance(given, bool) or not isinstance(given, (int, float)):
-        advice = "; write it without quotes and unit" if isinstance(given, str) else ""
-        problems.append(f"{where}: {_shown(given)} is not a number{advice}")
+def _number(where: str, value: Any, problems: list[str]) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        advice = "; write it without quotes and unit" if isinstance(value, str) else ""
+        problems.append(f"{where}: {_shown(value)} is not a number{advice}")
         return math.nan
     try:
-        number = float(given)
+        number = float(value)
     except OverflowError:
         number = math.inf
     if not math.isfinite(number):
-        problems.append(f"{where}: {_shown(given)} is not finite")
+        problems.append(f"{where}: {_shown(value)} is not finite")
     elif abs(number) > LARGEST:
-        problems.append(f"{where}: {_shown(given)} is beyond {LARGEST:g} in size; choose other units")
+        problems.append(f"{where}: {_shown(value)} is beyond {LARGEST:g} in size; choose other units")
     return number
 
 
@@ -231,12 +231,12 @@ def _shapes(field: Field, value: Any) -> list[tuple[str, tuple[int, ...], tuple[
     return [(field.name, (len(value),), field.shape[:1]), *parts]
 
 
-def _names(given: Any, sizes: Mapping[str, int], problems: list[str]) -> dict[str, tuple[str, ...]]:
-    if not isinstance(given, dict):
-        problems.append(f"names: must be a table of lists, got {_shown(given)}")
+def _names(table: Any, sizes: Mapping[str, int], problems: list[str]) -> dict[str, tuple[str, ...]]:
+    if not isinstance(table, dict):
+        problems.append(f"names: must be a table of lists, got {_shown(table)}")
         return {}
     names = {}
-    for key, labels in given.items():
+    for key, labels in table.items():
         where = f"names.{key}"
         if key not in NAMES:
             problems.append(f"{where}: {_unknown(key, NAMES)}")
@@ -251,16 +251,16 @@ def _names(given: Any, sizes: Mapping[str, int], problems: list[str]) -> dict[st
     return names
 
 
-def _units(given: Any, names: Collection[str], problems: list[str]) -> dict[str, str]:
-    if not isinstance(given, dict) or not all(_is_label(unit) for unit in given.values()):
-        problems.append(f"units: must be a table of names with their units, got {_shown(given)}")
+def _units(table: Any, names: Collection[str], problems: list[str]) -> dict[str, str]:
+    if not isinstance(table, dict) or not all(_is_label(unit) for unit in table.values()):
+        problems.append(f"units: must be a table of names with their units, got {_shown(table)}")
         return {}
     problems += [
         f"units.{name}: no signal of [names] is called so; there are {', '.join(sorted(names)) or 'none'}"
-        for name in given
+        for name in table
         if name not in names
     ]
-    return given
+    return table
 
 
 def _is_label(label: Any) -> bool:

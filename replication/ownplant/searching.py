@@ -69,8 +69,8 @@ def _kept(folder: Path, function: partial[U], item: Any) -> U:
     try:
         checksum, _, text = path.read_bytes().partition(b"\n")
         if checksum == _checksum(key, text):
-            kept: U = msgspec.json.decode(text, type=get_type_hints(function.func)["return"])
-            return kept
+            result: U = msgspec.json.decode(text, type=get_type_hints(function.func)["return"])
+            return result
     except (OSError, msgspec.DecodeError):
         pass
     value = function(item)

@@ -41,10 +41,10 @@ def require_free(directory: Path, *, replace: bool, proof: str = "") -> None:
         raise InvalidInputError(f"{directory} exists; choose another --output, or --force to replace an earlier design")
     if directory.is_symlink() or not directory.is_dir():
         raise InvalidInputError(f"{directory} is no directory; choose another --output")
-    others = sorted(path.name for path in directory.iterdir() if path.name not in (*FILES, *RUNNING, proof))
-    if others:
+    files = sorted(path.name for path in directory.iterdir() if path.name not in (*FILES, *RUNNING, proof))
+    if files:
         raise InvalidInputError(
-            f"{directory} holds more than a design ({', '.join(others[:3])}); choose another --output"
+            f"{directory} holds more than a design ({', '.join(files[:3])}); choose another --output"
         )
 
 
@@ -70,7 +70,7 @@ def write_design(
 
 def running_files(result: Any, name: str, title: str) -> dict[str, bytes]:
     """RUNNING by name, without the forms that the observer does not have; none if it asks for a sampling period."""
-    if any(asked.default is asked.empty for asked in signature(result.observer).parameters.values()):
+    if any(parameter.default is parameter.empty for parameter in signature(result.observer).parameters.values()):
         return {}
     observer, comment = result.observer(), f"{title}: {result.method} observer"
     forms: tuple[Callable[[], str], ...] = (
@@ -78,11 +78,11 @@ def running_files(result: Any, name: str, title: str) -> dict[str, bytes]:
         partial(observer.to_c, name, comment),
         partial(observer.to_matlab, "observer", comment),  # it is called by the name of its file
     )
-    found = {}
+    files = {}
     for file, form in zip(RUNNING, forms, strict=True):
         with suppress(InvalidInputError):
-            found[file] = form().encode()
-    return found
+            files[file] = form().encode()
+    return files
 
 
 def page(title: str, result: GainResult, figure: str, call: str, files: tuple[str, ...]) -> str:
@@ -92,8 +92,8 @@ def page(title: str, result: GainResult, figure: str, call: str, files: tuple[st
     alt = f"{panel.y_label} over {panel.x_label}; {levels}"
     drawing = figure.replace("<svg ", f'<svg role="img" aria-label="{escape(alt)}" ', 1)
     names = {kind: labels for kind, labels in result.signals.to_dict().items() if isinstance(labels, list) and labels}
-    own = {"title": title, "result": result, "drawing": drawing, "alt": alt, "names": names, "call": call}
+    fields = {"title": title, "result": result, "drawing": drawing, "alt": alt, "names": names, "call": call}
     texts = FileSystemLoader(Path(__file__).parent)
     template = Environment(loader=texts, autoescape=True, undefined=StrictUndefined).get_template("page.html.j2")
     with np.printoptions(precision=6, linewidth=95, suppress=False):
-        return template.render(**own, files=files, most=MAX_PRINTED) + "\n"
+        return template.render(**fields, files=files, most=MAX_PRINTED) + "\n"

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -141,6 +142,15 @@ def test_spectral_norm_is_the_largest_singular_value() -> None:
         matrix = rng.normal(size=shape) + 1j * rng.normal(size=shape)
         expected = np.linalg.norm(matrix, 2) if matrix.size else 0.0
         assert spectral_norm(matrix) == pytest.approx(expected, rel=ROUNDING)
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-9, 1e9])
+def test_the_variance_is_that_of_the_lyapunov_equation_in_any_units(unit: float) -> None:
+    A, B, C = np.diag([0.9999, 0.1]), np.array([[1e-2, 1e-3], [0.0, 1.0]]), np.array([[1.0, 1.0]])
+    exact = C @ scipy.linalg.solve_discrete_lyapunov(A, B @ B.T) @ C.T
+    units = np.array([1.0, unit])
+    stage = Stage(A, units[:, None] * B, C / units, np.zeros((1, 2)))
+    assert white_noise_variance(PeriodicSystem((stage,) * 3)) == pytest.approx(exact.item(), rel=1e-9)
 
 
 @pytest.mark.parametrize("a", [1.0, -1.0, 1.5])

@@ -36,9 +36,9 @@ ALGORITHM_1 = Part("Algorithm 1; condition (8) for the grids of Sec. VI")
 def ends_covered(e: int, results: Results) -> Evidence:
     """Whether Algorithm 1 as corrected ends with a grid; with the root that step 4 prints, by readings of its line."""
     run, literal = results[f"grids.{e}"]["algorithm"][CORRECT.name], printed_runs(e, results)
-    ends = {step_4: any(one["end"] == "COVERED" for one in runs) for step_4, runs in literal.items()}
+    ends = {step_4: any(record["end"] == "COVERED" for record in runs) for step_4, runs in literal.items()}
     u3 = ("U3 as printed", "U3 corrected")
-    uncut = " and ".join(_added(*one) for one in zip(literal[Step4.UNCUT], u3, strict=True))
+    uncut = " and ".join(_added(*pair) for pair in zip(literal[Step4.UNCUT], u3, strict=True))
     return Evidence(
         method="Algorithm 1 with U3 corrected, alpha in both steps and a set-minus in step 4.",
         holds=run["end"] == "COVERED",
@@ -53,9 +53,9 @@ def ends_covered(e: int, results: Results) -> Evidence:
             "elements": float(run["size"]),
             "passes": float(run["rounds"]),
             **{
-                f"with the root, {STEP_4[step_4]}, {name}: periods added": float(one["size"] - 1)
+                f"with the root, {STEP_4[step_4]}, {name}: periods added": float(record["size"] - 1)
                 for step_4, runs in literal.items()
-                for name, one in zip(u3, runs, strict=True)
+                for name, record in zip(u3, runs, strict=True)
             },
         },
         note="With the root of step 4, a set-minus or a cut union adds no new period here although step 3 fails, so "
@@ -159,8 +159,8 @@ for e, with_grid, with_8 in ((1, "differs", "refuted"), (2, "compatible", "consi
         says=[
             term("elements of the grid", f"example-{e}"),
             *(
-                Predicate(of=term("condition (8)", f"example-{e}"), reading=one)
-                for one in (CONSTANT_CHANGE, ANY_CHANGE)
+                Predicate(of=term("condition (8)", f"example-{e}"), reading=kind)
+                for kind in (CONSTANT_CHANGE, ANY_CHANGE)
             ),
         ],
     )(partial(grid_size, e))
@@ -174,7 +174,7 @@ for e, with_grid, with_8 in ((1, "differs", "refuted"), (2, "compatible", "consi
         pinned=with_8,
         reading=CONSTANT_CHANGE,
         says=[
-            Predicate(of=term("condition (8)", f"example-{e}"), reading=one) for one in (CONSTANT_CHANGE, ANY_CHANGE)
+            Predicate(of=term("condition (8)", f"example-{e}"), reading=kind) for kind in (CONSTANT_CHANGE, ANY_CHANGE)
         ],
     )(partial(condition_8, e))
 
@@ -257,13 +257,13 @@ def same_level_for_both(results: Results) -> Evidence:
     # neither. Against it: a free multiplier, on the same cells and in the same coordinates.
     quantities: dict[str, float] = {}
     for e in EXAMPLES:
-        found = results[f"robust.{e}"]
+        levels = results[f"robust.{e}"]
         quantities |= {
-            f"one level: at least alpha, Example {e}": found["lmi13_alpha"],
-            f"one level, Delta divided by its radius: at least, Example {e}": found["lmi13_small_gain"],
-            f"free multipliers, Example {e}": found["lmi13"],
-            f"alpha times radius with one cell, Example {e}": found["one_cell_small_gain"],
-            f"one Lyapunov function over the continuum, guaranteed, Example {e}": found["guaranteed"],
+            f"one level: at least alpha, Example {e}": levels["lmi13_alpha"],
+            f"one level, Delta divided by its radius: at least, Example {e}": levels["lmi13_small_gain"],
+            f"free multipliers, Example {e}": levels["lmi13"],
+            f"alpha times radius with one cell, Example {e}": levels["one_cell_small_gain"],
+            f"one Lyapunov function over the continuum, guaranteed, Example {e}": levels["guaranteed"],
         }
     first = results["robust.1"]
     margin = min(first["lmi13_alpha"], first["lmi13_small_gain"]) - first["lmi13"]

@@ -34,25 +34,25 @@ def routes(r: dict[str, Any]) -> tuple[str, dict[str, float]]:
         "LMI through cvxpy": r["printed_lmi"],
         "norm of the LMI's filter": r["lmi"]["norm"],
     }
-    told = (
+    text = (
         f"Riccati bisection {r['riccati']:.12f}; LMI {r['lmi']['level']:.12f} ({r['lmi']['status']}), exact norm of "
         f"its filter {r['lmi']['norm']:.12f}."
     )
-    return told, {f"{name} over formula, relative": level / r["formula"] - 1 for name, level in levels.items()}
+    return text, {f"{name} over formula, relative": level / r["formula"] - 1 for name, level in levels.items()}
 
 
 def nominal_level(e: int, results: Results) -> Evidence:
     """The least level at the one period of the grid, which step 2 seeks."""
-    r, found = results[f"nominal.{e}"], results[f"bracket.{e}"]["nominal"]
-    told, relative = routes(r)
+    r, norm = results[f"nominal.{e}"], results[f"bracket.{e}"]["nominal"]
+    text, relative = routes(r)
     return Evidence(
         method="Closed form of the least level of filters (4) at the one period of the grid; beside it the exact "
         f"H-infinity norm there of (5) with {FILTER[e]}.",
-        cross_check=told,
+        cross_check=text,
         value=r["formula"],
         quantities={
-            "norm of the filter": found,
-            "norm of the filter over infimum, relative": found / r["formula"] - 1,
+            "norm of the filter": norm,
+            "norm of the filter over infimum, relative": norm / r["formula"] - 1,
             **relative,
         },
         solvers=solvers(r),

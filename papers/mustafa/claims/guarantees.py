@@ -54,8 +54,8 @@ def printed_level(e: int) -> list[Predicate]:
 
 def robust_level(e: int) -> list[Predicate]:
     """The same, and that the filter has any level."""
-    found = term("gain over sequences", FILTERED[e], "the given filter", **RANGE)
-    some = Predicate(of=found, relation="at most", to=ANY_NUMBER, reading=SOME_LEVEL)
+    gain = term("gain over sequences", FILTERED[e], "the given filter", **RANGE)
+    some = Predicate(of=gain, relation="at most", to=ANY_NUMBER, reading=SOME_LEVEL)
     return [*printed_level(e), some]
 
 
@@ -72,7 +72,7 @@ LOOSEST = "the central filter at the largest level that rounds to the print"
 UNDECIDED = "The bracket does not decide: its ends lie on both sides of the level."
 
 
-def kept(reading: str, level: float, lower: float, upper: float) -> Outcome:
+def level_outcome(reading: str, level: float, lower: float, upper: float) -> Outcome:
     """Whether a gain between `lower` and `upper` keeps a level, and by how much at least; undecided between them."""
     if upper <= level or lower > level:
         end = upper if upper <= level else lower
@@ -98,8 +98,8 @@ def guaranteed(e: int, results: Results) -> Evidence:
         else ""
     )
     loosest = {f"{LOOSEST}, lower": results["loosest.1"]["lower"]} if e == 1 else {}
-    every = kept(NOT_NOMINAL, printed, r["lower"], r["upper"])
-    outcomes = (some_level(e, results), kept(GRID_PERIODS, printed, r["nominal"], r["nominal"]), every)
+    every = level_outcome(NOT_NOMINAL, printed, r["lower"], r["upper"])
+    outcomes = (some_level(e, results), level_outcome(GRID_PERIODS, printed, r["nominal"], r["nominal"]), every)
     return Evidence(
         method="Worst-case l2 gain over all sampling sequences. Lower end: the ratio along one sequence. Upper end: a "
         "path-dependent Lyapunov function for the continuum of periods. For the grid: the exact norm at its period.",
@@ -155,15 +155,15 @@ for e, place, said_of in (
     place="Algorithm 1, step 3",
     uses=("bracket.1", "bracket.2"),
     reading=GRID_PERIODS,
-    says=[said for e in EXAMPLES for said in printed_level(e)],
+    says=[predicate for e in EXAMPLES for predicate in printed_level(e)],
 )
 def level_of_step_3(results: Results) -> Evidence:
     """The filter of Algorithm 1 has its level, as step 3 says: for the periods of the grid, as Theorem 3 and Sec. V-A
     have it."""
-    found = [(results[f"bracket.{e}"], upper_end(GAMMA[e])) for e in EXAMPLES]
-    grid = min(printed - r["nominal"] for r, printed in found)
-    every = min(printed - (r["upper"] if r["upper"] <= printed else r["lower"]) for r, printed in found)
-    open_ = any(r["lower"] <= printed < r["upper"] for r, printed in found)
+    levels = [(results[f"bracket.{e}"], upper_end(GAMMA[e])) for e in EXAMPLES]
+    grid = min(printed - r["nominal"] for r, printed in levels)
+    every = min(printed - (r["upper"] if r["upper"] <= printed else r["lower"]) for r, printed in levels)
+    open_ = any(r["lower"] <= printed < r["upper"] for r, printed in levels)
     return Evidence(
         method="In both examples, of the printed level with its rounding: the gain at the one period of the grid, and "
         "the bracket of the gain over all sequences of periods. Least room.",
@@ -199,27 +199,27 @@ def solution_is_valid(e: int, results: Results) -> Evidence:
 
 def own_solution_is_valid(e: int, results: Results) -> Evidence:
     """Whether the level on the grid of the corrected algorithm is exceeded: (6) at every period would keep it."""
-    own = results[f"own-grid.{e}"]
-    found = kept(CORRECTED_GRID, own["level"], own["lower"], own["upper"])
+    solution = results[f"own-grid.{e}"]
+    outcome = level_outcome(CORRECTED_GRID, solution["level"], solution["lower"], solution["upper"])
     return Evidence(
         method="The level of step 2 on the grid of the corrected algorithm, against the gain that its filter has "
         "along a sampling sequence; if (6) held at all periods, the level would be that of every sequence.",
         cross_check="A ratio that is simulated without the solver; the level by a second modeller before the same "
         "solver, relative difference "
-        f"{abs(own['level_again'] / own['level'] - 1):.1e}.",
-        holds=None if found.holds is None else not found.holds,
-        margin=None if found.margin is None else -found.margin,
-        not_checkable=UNDECIDED if found.holds is None else "",
+        f"{abs(solution['level_again'] / solution['level'] - 1):.1e}.",
+        holds=None if outcome.holds is None else not outcome.holds,
+        margin=None if outcome.margin is None else -outcome.margin,
+        not_checkable=UNDECIDED if outcome.holds is None else "",
         quantities={
-            "elements": float(len(own["periods"])),
-            "level of step 2": own["level"],
-            "largest gain at an element": own["at_elements"],
-            "largest gain at a constant period": own["largest"],
-            "largest gain at a constant period: at the period (s)": own["largest_at"],
-            "gain over all sequences, lower": own["lower"],
-            "gain over all sequences, upper": own["upper"],
+            "elements": float(len(solution["periods"])),
+            "level of step 2": solution["level"],
+            "largest gain at an element": solution["at_elements"],
+            "largest gain at a constant period": solution["largest"],
+            "largest gain at a constant period: at the period (s)": solution["largest_at"],
+            "gain over all sequences, lower": solution["lower"],
+            "gain over all sequences, upper": solution["upper"],
         },
-        solvers=solvers(own),
+        solvers=solvers(solution),
         as_printed=no_grid(e, results),
         note=f"{TAKEN_BACK} Step 2 has one matrix for all elements, so its level holds for every sequence of them. "
         f"{WITH_U3} Step 2 minimises subject to (10) without its repeated row (erratum row). {WITH_SIZE}",

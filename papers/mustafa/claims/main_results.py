@@ -38,14 +38,14 @@ AT_ELEMENTS = 1e-6
 
 def reached(results: Results, end: str) -> Evidence:
     """Evidence that alpha times the bound of Lemma 3 reaches one at this end of (9), and not before."""
-    found = {e: results[f"condition.{e}"]["ends"][end] for e in EXAMPLES}
+    ends = {e: results[f"condition.{e}"]["ends"][end] for e in EXAMPLES}
     return up_to_rounding(
-        max(abs(at["bound"] - 1) for at in found.values()),
+        max(abs(at["bound"] - 1) for at in ends.values()),
         "Alpha times the integral of e^{mu t} from the middle of the range to the end of (9), by quadrature: one at "
         "the end, and less before it. Largest distance from one over both examples.",
         quantities={
-            **{f"alpha times the bound at the end, Example {e}": at["bound"] for e, at in found.items()},
-            **{f"alpha times |Delta| at the end, Example {e}": at["size"] for e, at in found.items()},
+            **{f"alpha times the bound at the end, Example {e}": at["bound"] for e, at in ends.items()},
+            **{f"alpha times |Delta| at the end, Example {e}": at["size"] for e, at in ends.items()},
         },
     )
 
@@ -78,8 +78,8 @@ def one_interval_is_conservative(results: Results) -> Evidence:
     # (9) around the middle leaves part of the range out in both examples, although all of it is stable.
     left_out, elements, covered = {}, {}, True
     for e in EXAMPLES:
-        (h_l, h_u), found = example(e)["periods"], results[f"grids.{e}"]["intervals"]["corrected, alpha"]
-        left_out[e] = max(found["lower"] - h_l, 0.0) + max(h_u - found["upper"], 0.0)
+        (h_l, h_u), interval = example(e)["periods"], results[f"grids.{e}"]["intervals"]["corrected, alpha"]
+        left_out[e] = max(interval["lower"] - h_l, 0.0) + max(h_u - interval["upper"], 0.0)
         run = results[f"grids.{e}"]["algorithm"][CORRECT.name]
         elements[e] = run["size"]
         covered &= run["end"] == "COVERED"
@@ -107,9 +107,9 @@ def one_interval_is_conservative(results: Results) -> Evidence:
 def empty_as_printed(results: Results) -> list[int]:
     """Examples in which (9) with U3 as printed is empty around every element."""
     # With mu(A) < 0 < mu(-A) the printed upper end lies below h_0 by more than the lower one, whatever alpha is.
-    found = {e: results[f"grids.{e}"] for e in EXAMPLES}
-    ends = {e: r["intervals"]["printed, alpha"] for e, r in found.items()}
-    return [e for e, r in found.items() if r["mu"] < 0 < r["mu_minus"] and ends[e]["upper"] <= ends[e]["lower"]]
+    grids = {e: results[f"grids.{e}"] for e in EXAMPLES}
+    ends = {e: r["intervals"]["printed, alpha"] for e, r in grids.items()}
+    return [e for e, r in grids.items() if r["mu"] < 0 < r["mu_minus"] and ends[e]["upper"] <= ends[e]["lower"]]
 
 
 def robustly_stable(e: int, results: Results) -> Evidence:
@@ -222,7 +222,7 @@ def small_gain_is_required(results: Results) -> Evidence:
 def level_of_theorem_3(results: Results) -> Evidence:
     """The filter (11) of a solution of (10) has the level γ at each element of the grid."""
     worst = max(results["identities"][name] for name in ("congruence", "recovery"))
-    rooms = [own["level"] * (1 + AT_ELEMENTS) - own["at_elements"] for own in (results[name] for name in OWN_GRIDS)]
+    rooms = [grid["level"] * (1 + AT_ELEMENTS) - grid["at_elements"] for grid in (results[name] for name in OWN_GRIDS)]
     return Evidence(
         method="Proof: (10) is (6) after a congruence, and (11) gives back its filter. Beside it, the largest gain of "
         "such a filter at the elements of our grids against its level.",

@@ -41,8 +41,8 @@ def on_motor(part: Part) -> Part:
 def _noted(answer: Callable[[Results], Evidence]) -> Callable[[Results], Evidence]:
     @wraps(answer)
     def noted(results: Results) -> Evidence:
-        found = answer(results)
-        return replace(found, note=f"{found.note} {MOTOR_CONSTANT}".strip())
+        evidence = answer(results)
+        return replace(evidence, note=f"{evidence.note} {MOTOR_CONSTANT}".strip())
 
     return noted
 
@@ -66,7 +66,7 @@ def printed_runs(e: int, results: Results) -> dict[Step4, list[Any]]:
 def no_grid(e: int, results: Results) -> Evidence:
     """What Algorithm 1 as printed gives for what needs the grid that it ends with: the number of its elements."""
     method = "Algorithm 1 with the root that step 4 prints, its line read in each way of claim algorithm.1."
-    runs = [run for found in printed_runs(e, results).values() for run in found]
+    runs = [run for group in printed_runs(e, results).values() for run in group]
     ended = [run for run in runs if run["end"] == "COVERED"]
     if ended:
         return Evidence(method=method, value=float(ended[0]["size"]))
@@ -79,9 +79,9 @@ NO_GRID = (
 )
 
 
-def covers_as_step_3_prints(found: Results) -> bool:
-    """Whether the middle alone passes step 3 with alpha as it is printed there, whatever step 4 means; found: grids."""
-    return any(interval["covers"] for name, interval in found["intervals"].items() if not name.endswith("root"))
+def covers_as_step_3_prints(grids: Results) -> bool:
+    """Whether the middle alone passes step 3 with alpha as it is printed there, whatever step 4 means."""
+    return any(interval["covers"] for name, interval in grids["intervals"].items() if not name.endswith("root"))
 
 
 def for_both(quantity: str) -> list[Term]:
@@ -105,10 +105,10 @@ def up(number: float, places: int = 4) -> Decimal:
     return Decimal(number).quantize(Decimal(10) ** -places, rounding=ROUND_CEILING)
 
 
-def up_to_rounding(residual: float, method: str, **told: Any) -> Evidence:
-    """Evidence for an identity that holds in exact arithmetic; told: other fields of the evidence."""
+def up_to_rounding(residual: float, method: str, **fields: Any) -> Evidence:
+    """Evidence for an identity that holds in exact arithmetic; fields: others of the evidence."""
     reason = "An identity holds up to the rounding of sums and products, relative to their size."
-    return below(residual, EXACT, reason, method=method, **told)
+    return below(residual, EXACT, reason, method=method, **fields)
 
 
 def identity(results: Results, name: str, method: str) -> Evidence:
@@ -164,8 +164,8 @@ def lemma_3(results: Results) -> Evidence:
     uses=("curve.1", "curve.2"),
     reading="grid of one element",
     says=[
-        Predicate(of=one, relation="more than", to=str(upper_end(GAMMA[e])), reading="grid of one element")
-        for e, one in zip(EXAMPLES, for_both("least level of (6)"), strict=True)
+        Predicate(of=level, relation="more than", to=str(upper_end(GAMMA[e])), reading="grid of one element")
+        for e, level in zip(EXAMPLES, for_both("least level of (6)"), strict=True)
     ],
 )
 def finite_grid_is_not_enough(results: Results) -> Evidence:
@@ -198,8 +198,8 @@ LEMMAS.cited(
     ours=True,
     pinned="refuted",
     says=[
-        Predicate(of=one, relation="at most", to=str(upper_end(GAMMA[e])))
-        for e, one in zip(EXAMPLES, for_both("least level of (6)"), strict=True)
+        Predicate(of=level, relation="at most", to=str(upper_end(GAMMA[e])))
+        for e, level in zip(EXAMPLES, for_both("least level of (6)"), strict=True)
     ],
 )
 def grid_for_6(results: Results) -> Evidence:

@@ -86,7 +86,7 @@ def _ends(plant: SampledPlant, h_0: float) -> Json:
     """
     from scipy.integrate import quad  # slow to load
 
-    alpha, found = method.small_gain_alpha(plant, h_0), {}
+    alpha, ends = method.small_gain_alpha(plant, h_0), {}
     for name, sign, reading in (
         ("lower", -1, method.UpperEnd.CORRECTED),
         ("upper, printed", 1, method.UpperEnd.PRINTED),
@@ -95,11 +95,11 @@ def _ends(plant: SampledPlant, h_0: float) -> Json:
         interval = method.covered_interval(plant, h_0, alpha, reading)
         reach = h_0 - interval.lower if sign < 0 else interval.upper - h_0
         mu = method.logarithmic_norm(sign * plant.A)
-        found[name] = {
+        ends[name] = {
             "bound": alpha * float(quad(lambda t, mu=mu: np.exp(mu * t), 0.0, reach, epsabs=0.0, epsrel=1e-13)[0]),
             "size": alpha * float(np.linalg.norm(method.delta_block(plant, sign * reach), 2)),
         }
-    return found
+    return ends
 
 
 def loosest(plant: Matrices, periods: list[float], level: float, leaves: int, **effort: Any) -> Json:
@@ -110,8 +110,8 @@ def loosest(plant: Matrices, periods: list[float], level: float, leaves: int, **
     system, span = problem(plant, periods)
     design = riccati_filter(system, span.middle, level)
     assert design is not None
-    found = worst_case_gain(system, design.filter, span, max_leaves=leaves, **effort)
-    return {"lower": found.lower, "upper": found.upper}
+    bracket = worst_case_gain(system, design.filter, span, max_leaves=leaves, **effort)
+    return {"lower": bracket.lower, "upper": bracket.upper}
 
 
 def own_grid(plant: Matrices, periods: list[float], nodes: int, leaves: int, **effort: Any) -> Json:
@@ -125,7 +125,7 @@ def own_grid(plant: Matrices, periods: list[float], nodes: int, leaves: int, **e
     design, again = design_for_periods(system, grid), method.printed_design(system, grid)
     gains = {h: periodic_gain(system, design.filter, [h]).value for h in (*grid, *span.nodes(nodes).tolist())}
     worst = max(span.nodes(nodes).tolist(), key=gains.__getitem__)
-    found = worst_case_gain(system, design.filter, span, max_leaves=leaves, **effort)
+    bracket = worst_case_gain(system, design.filter, span, max_leaves=leaves, **effort)
     return {
         "periods": grid,
         "level": design.level,
@@ -133,7 +133,7 @@ def own_grid(plant: Matrices, periods: list[float], nodes: int, leaves: int, **e
         "at_elements": max(gains[h] for h in grid),
         "largest": gains[worst],
         "largest_at": worst,
-        "lower": found.lower,
-        "upper": found.upper,
+        "lower": bracket.lower,
+        "upper": bracket.upper,
         "solvers": [design.report.to_dict(), again.report.to_dict()],
     }

@@ -68,9 +68,9 @@ def _of_second() -> tuple[Experiment, ...]:
     case, printed = example(2), {**DATA["filter"], "h": DATA["grid-2"]}
     wave = {name: float(text) for name, text in DATA["disturbance"].items()}
     response = {**case, "printed": FILTERS[2], **wave, "steps": STEPS, "seed": SEED}
-    kept = {**case, "printed": FILTERS[2], "level": upper_end(GAMMA[2])}
+    inputs = {**case, "printed": FILTERS[2], "level": upper_end(GAMMA[2])}
     return (
-        experiment("output-matrix", levels.output_matrix, **kept, angles=ANGLES),
+        experiment("output-matrix", levels.output_matrix, **inputs, angles=ANGLES),
         experiment("laws", laws, **response, seeds=TRIED_LAWS),
         experiment("sensitivity.2", levels.filter_norm, prints=printed, plant=case["plant"], claim="filter.norm"),
         experiment("draws", draws, **response, seeds=SEEDS),
@@ -84,5 +84,5 @@ EXPERIMENTS = (
     *_of_second(),
     experiment("identities", identities, trials=TRIALS, seed=SEED),
 )
-OF_SECOND = frozenset(one.name for one in (*_of_example(2), *_of_second()))
+OF_SECOND = frozenset(declaration.name for declaration in (*_of_example(2), *_of_second()))
 """Those that take A of Example 2."""

@@ -22,10 +22,10 @@ LAWS = {
 """Laws of the sampling periods in words; the text states none."""
 
 
-def draws(seeds: int, seed: int, **given: Any) -> Json:
+def draws(seeds: int, seed: int, **setting: Any) -> Json:
     """||e|| / ||w|| of the printed filter for the disturbance of the text over `seeds` sequences of uniform random
-    periods, the band of their errors, and the first of them; given: what `_given` takes."""
-    system, span, filter_, w = _given(**given)
+    periods, the band of their errors, and the first of them; setting: what `_setting` takes."""
+    system, span, filter_, w = _setting(**setting)
     steps = len(w)
     sequences = np.random.default_rng(seed).uniform(span.h_l, span.h_u, (seeds, steps))
     errors = filter_.errors(system, sequences, w)[..., 0]
@@ -40,26 +40,26 @@ def draws(seeds: int, seed: int, **given: Any) -> Json:
     }
 
 
-def laws(seeds: int, seed: int, **given: Any) -> Json:
+def laws(seeds: int, seed: int, **setting: Any) -> Json:
     """||e|| / ||w|| of the printed filter for `seeds` sequences under each law, and ||z|| / ||w||, which the error has
-    with no filter; given: what `_given` takes."""
-    system, span, filter_, w = _given(**given)
+    with no filter; setting: what `_setting` takes."""
+    system, span, filter_, w = _setting(**setting)
     # One simulation gives both: the error of the estimate, and that of the estimate zero.
     both = SampledPlant(system.A, system.B, system.C, system.D, np.vstack([system.L, system.L]))
     beside = Filter(filter_.A, filter_.B, np.vstack([filter_.C, 0 * filter_.C]))
     rng = np.random.default_rng(seed)
-    found: Json = {}
+    ratios: Json = {}
     for law in LAWS:
         sequences = np.array([_sequence(law, span, len(w), rng) for _ in range(seeds)])
         halves = np.split(beside.errors(both, sequences, w), 2, axis=-1)
-        found[law] = {
+        ratios[law] = {
             name: [error_ratio(system, h, w, e) for h, e in zip(sequences, errors, strict=True)]
             for name, errors in zip(("filter", "none"), halves, strict=True)
         }
-    return found
+    return ratios
 
 
-def _given(
+def _setting(
     plant: Matrices, periods: list[float], printed: Matrices, steps: int, size: float, decay: float, frequency: float
 ) -> tuple[SampledPlant, PeriodRange, Filter, Array]:
     """Plant, range, printed filter, and w_k = size exp(-decay k) sin(frequency pi k) as a column."""

@@ -32,8 +32,8 @@ def identities(trials: int, seed: int) -> dict[str, Any]:
     """Largest relative residuals over `trials` random cases with n = m = s = r = 2, so that the misprinted maps have
     a value; of these the least."""
     rng = np.random.default_rng(seed)
-    found = [_residuals(rng) for _ in range(trials)]
-    return {name: (min if name in MISPRINTED else max)(case[name] for case in found) for name in found[0]}
+    residuals = [_residuals(rng) for _ in range(trials)]
+    return {name: (min if name in MISPRINTED else max)(case[name] for case in residuals) for name in residuals[0]}
 
 
 def _residuals(rng: np.random.Generator) -> dict[str, float]:

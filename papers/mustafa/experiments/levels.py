@@ -73,18 +73,18 @@ def output_matrix(plant: Matrices, periods: list[float], printed: Matrices, leve
     system, span = problem(plant, periods)
     points = np.exp(1j * np.linspace(0, np.pi, angles))
     F, G = method.responses(system, span.middle, subject(system, span, printed), points)
-    one, turns = np.eye(F.shape[1]), np.exp(2j * np.pi * np.arange(DIRECTIONS) / DIRECTIONS)
-    half_planes = -(turns[:, None] * F.mT).real.reshape(-1, len(one))
+    axes, turns = np.eye(F.shape[1]), np.exp(2j * np.pi * np.arange(DIRECTIONS) / DIRECTIONS)
+    half_planes = -(turns[:, None] * F.mT).real.reshape(-1, len(axes))
     offsets = -(turns * G[:, 0]).real.ravel()
     free = {"bounds": (None, None), "method": "highs"}
     box = [
         sign * linprog(sign * row, A_ub=half_planes, b_ub=level + offsets, **free).fun
         for sign in (1, -1)
-        for row in one
+        for row in axes
     ]
     bordered = np.hstack([half_planes, -np.ones((len(offsets), 1))])
-    best = linprog([*np.zeros(len(one)), 1.0], A_ub=bordered, b_ub=offsets, **free).x
-    return {"lower": box[: len(one)], "upper": box[len(one) :], "best": best[:-1].tolist(), "least": float(best[-1])}
+    best = linprog([*np.zeros(len(axes)), 1.0], A_ub=bordered, b_ub=offsets, **free).x
+    return {"lower": box[: len(axes)], "upper": box[len(axes) :], "best": best[:-1].tolist(), "least": float(best[-1])}
 
 
 def grids(plant: Matrices, periods: list[float], limit: int) -> Json:
@@ -94,9 +94,9 @@ def grids(plant: Matrices, periods: list[float], limit: int) -> Json:
     intervals = {}
     for upper in method.UpperEnd:
         for name, gain in (("alpha", alpha), ("root", float(np.sqrt(alpha)))):
-            found = method.covered_interval(system, span.middle, gain, upper)
-            covers = found.lower < span.h_l and span.h_u < found.upper
-            intervals[f"{upper}, {name}"] = {**found._asdict(), "covers": covers}
+            interval = method.covered_interval(system, span.middle, gain, upper)
+            covers = interval.lower < span.h_l and span.h_u < interval.upper
+            intervals[f"{upper}, {name}"] = {**interval._asdict(), "covers": covers}
     forms = (*chain.from_iterable(method.AS_PRINTED.values()), method.CORRECT)
     runs = {form.name: method.build_grid(system, span, form, limit=limit) for form in forms}
     return {
@@ -120,14 +120,14 @@ def bracket(
     system, span = problem(plant, periods)
     filter_ = subject(system, span, printed)
     measured = DurationPlant(**vars(system)) if per_duration else system
-    found = worst_case_gain(measured, filter_, span, max_leaves=leaves, **effort)
-    guarantee, attack = found.guarantee, found.attack
+    gain = worst_case_gain(measured, filter_, span, max_leaves=leaves, **effort)
+    guarantee, attack = gain.guarantee, gain.attack
     return {
         "nominal": periodic_gain(system, filter_, [span.middle]).value,
         "plant_abscissa": float(np.max(np.linalg.eigvals(system.A).real)),
         "filter_radius": filter_.spectral_radius(),
-        "lower": found.lower,
-        "upper": found.upper,
+        "lower": gain.lower,
+        "upper": gain.upper,
         "periods": attack.periods.tolist(),
         "w": attack.w[:, 0].tolist(),
         "e": attack.e[:, 0].tolist(),
@@ -145,7 +145,7 @@ def level_curve(plant: Matrices, periods: list[float], printed: Matrices | None,
     h = span.nodes(nodes)
     # The infeasible end of the search for gamma*(h) at a constant period bounds the level of every filter from below.
     upper_half = PeriodRange(span.middle, span.h_u).nodes(3).tolist()
-    floor, where = max((riccati_level(system, one, tolerance=1e-8).infeasible, one) for one in upper_half)
+    floor, where = max((riccati_level(system, node, tolerance=1e-8).infeasible, node) for node in upper_half)
 
     def norm(period: float) -> float:
         return periodic_gain(system, filter_, [period]).value
@@ -195,10 +195,10 @@ def against_range(plant: Matrices, h_l: float, ends: list[float], horizon: int, 
     filter_ = subject(system, whole, None)
     rows = []
     for end in ends:
-        found = worst_case_gain(
+        gain = worst_case_gain(
             system, filter_, PeriodRange(h_l, end), horizon=horizon, final_horizon=2 * horizon, max_leaves=leaves
         )
-        rows.append([end, found.lower, found.upper])
+        rows.append([end, gain.lower, gain.upper])
     return {"rows": rows}
 
 
@@ -220,8 +220,8 @@ def on_common_plant(plant: dict[str, Any], multiples: list[int], leaves: int, ho
         if m == 1:
             brackets.append([riccati_level(system, h).level] * 2)
         else:
-            found = nonuniform.design(system, periods=(h, m * h), leaves=leaves, horizon=horizon).bracket
-            brackets.append([found.lower, found.upper])
+            gain = nonuniform.design(system, periods=(h, m * h), leaves=leaves, horizon=horizon).bracket
+            brackets.append([gain.lower, gain.upper])
     return brackets
 
 

@@ -56,30 +56,30 @@ def not_always_better(results: Results) -> Evidence:
     """Beyond Table 1 a shorter sensing period does not always give a smaller optimal level."""
     table = results[PERIOD_TABLE]
     largest = max(max(cell["periods"]) for cell in table)
-    found = {timing: counterexamples(table, timing) for timing in ("synchronous", "best")}
+    cases = {timing: counterexamples(table, timing) for timing in ("synchronous", "best")}
     outcomes = tuple(
-        Outcome(reading=name, holds=bool(found[timing]), margin=found[timing][0][0] if found[timing] else None)
+        Outcome(reading=name, holds=bool(cases[timing]), margin=cases[timing][0][0] if cases[timing] else None)
         for name, timing in ((RULE, "synchronous"), (RULE_BEST_TIMING, "best"))
     )
     method = f"Brackets of exact optima for all periods up to {largest}, sensors at instant 0 or with the best timing."
-    if not found["synchronous"]:
+    if not cases["synchronous"]:
         return Evidence(method=method, outcomes=outcomes, note="No counter-example up to these periods.")
-    _, shorter, longer = found["synchronous"][0]
+    _, shorter, longer = cases["synchronous"][0]
     note = (
         f"Counter-example: periods {tuple(shorter)} have a larger optimum than {tuple(longer)}. Both sensors measure "
         f"together every {lcm(*shorter)} instants with the former, every {lcm(*longer)} with the latter."
     )
-    if found["best"]:
-        by, worse, better = found["best"][0]
+    if cases["best"]:
+        by, worse, better = cases["best"][0]
         note += f" With the best timing of each, {tuple(worse)} has an optimum {by:.6f} above that of {tuple(better)}."
     return Evidence(
         method=method,
         holds=True,
-        margin=found["synchronous"][0][0],
+        margin=cases["synchronous"][0][0],
         outcomes=outcomes,
         quantities={
-            "counter-examples, sensors at instant 0": len(found["synchronous"]),
-            "counter-examples, best timing": len(found["best"]),
+            "counter-examples, sensors at instant 0": len(cases["synchronous"]),
+            "counter-examples, best timing": len(cases["best"]),
         },
         note=f"{note} Paper and blog say it of the combinations that they show (claim order.shorter-in-table).",
     )
@@ -100,9 +100,9 @@ def not_always_better(results: Results) -> Evidence:
 )
 def periodic_matrices(results: Results) -> Evidence:
     """At each gain set printed for the stable plant, one P in Theorem 1 gives a larger level than P_k, or none."""
-    found = results["constant-matrix"]
+    record = results["constant-matrix"]
     margins, quantities = [], {}
-    for equation, analysis in found["analyses"].items():
+    for equation, analysis in record["analyses"].items():
         quantities[f"level with P_k, gains ({equation})"] = analysis["periodic"]
         if analysis["constant"] is None:
             margins.append(analysis["largest_radius"] - 1)
@@ -114,10 +114,10 @@ def periodic_matrices(results: Results) -> Evidence:
         min(margins),
         method="Smallest level of Theorem 1 with one P for all instants minus that with P_k. Where no P exists: how "
         "far some A_ek alone has its spectral radius above 1, which one P would forbid. The least of the four.",
-        cross_check=f"Design by Theorem 2 for N₁ = 2, N₂ = 1: {found['constant']:.6f} with one P, "
-        f"{found['periodic']:.6f} with P_k; the gains found with one P have the exact norm "
-        f"{found['norm_constant']:.6f}.",
-        solvers=solvers(*found["analyses"].values()),
+        cross_check=f"Design by Theorem 2 for N₁ = 2, N₂ = 1: {record['constant']:.6f} with one P, "
+        f"{record['periodic']:.6f} with P_k; the gains found with one P have the exact norm "
+        f"{record['norm_constant']:.6f}.",
+        solvers=solvers(*record["analyses"].values()),
         quantities=quantities,
     )
 

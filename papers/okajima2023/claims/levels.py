@@ -106,13 +106,13 @@ def of_gains(quantity: str, equation: str) -> Term:
 
 def below_others(smaller: str, *larger: str) -> list[Predicate]:
     """That the optimum of one design is smaller than that of each other one."""
-    return [Predicate(of=optimum(smaller), relation="less than", to=optimum(other)) for other in larger]
+    return [Predicate(of=optimum(smaller), relation="less than", to=optimum(name)) for name in larger]
 
 
-def level(part: Part, name: str, printed: str, experiment: str, statement: str, **told: Any) -> None:
-    """Declare the claim on the optimal level of one design; told: reading and pinned, where they are needed."""
+def level(part: Part, name: str, printed: str, experiment: str, statement: str, **fields: Any) -> None:
+    """Declare the claim on the optimal level of one design; fields: reading and pinned, where they are needed."""
     declared = part.value(
-        name, printed, statement=statement, uses=experiment, says=optimum(experiment), optimum=True, **told
+        name, printed, statement=statement, uses=experiment, says=optimum(experiment), optimum=True, **fields
     )
     declared(partial(optimal_level, experiment))
 
@@ -234,7 +234,7 @@ COMPARABLE = [(a, b) for a in TABLE_1 for b in TABLE_1 if a != b and a[0] <= b[0
 """Pairs of columns of Table 1, the one with the shorter periods first."""
 
 
-IN_TABLE = [said for a, b in COMPARABLE for said in below_others(pair(a), pair(b))]
+IN_TABLE = [predicate for a, b in COMPARABLE for predicate in below_others(pair(a), pair(b))]
 """That of each such pair the one with the shorter periods has the smaller optimum."""
 
 
@@ -259,12 +259,12 @@ def shorter_is_better_in_table(results: Results) -> Evidence:
 def counterexamples(table: list[dict[str, Any]], timing: str) -> list[tuple[float, list[int], list[int]]]:
     """Neighbours in the table of periods where the longer period has the smaller optimum: (excess, shorter, longer)."""
     cells = {tuple(cell["periods"]): cell[timing] for cell in table}
-    found = []
+    cases = []
     for (first, second), cell in cells.items():
         for longer in ((first + 1, second), (first, second + 1)):
             if longer in cells and cells[longer]["upper"] < cell["lower"]:
-                found.append((cell["lower"] - cells[longer]["upper"], [first, second], list(longer)))
-    return sorted(found, reverse=True)
+                cases.append((cell["lower"] - cells[longer]["upper"], [first, second], list(longer)))
+    return sorted(cases, reverse=True)
 
 
 # Sec. IV-B: two sensors of the same period at three mutual timings, and the gains (38)-(40)

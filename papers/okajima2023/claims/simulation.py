@@ -42,23 +42,23 @@ def all_draws(results: Results) -> dict[str, Any]:
 
 def printed_ratio_among_draws(name: str, results: Results) -> Evidence:
     """Where a printed g_sim lies among many draws, under each reading of the denominator."""
-    found = all_draws(results)
-    readings = {what: found["cases"][name]["readings"][what] for what in READING_OF}
+    record = all_draws(results)
+    readings = {what: record["cases"][name]["readings"][what] for what in READING_OF}
     gains = "printed gains (33)" if name == "proposed" else "central optimal gains of ours, none being printed"
     return Evidence(
-        method=f"{found['seeds']} independent draws; two-sided rank of the printed value among them "
+        method=f"{record['seeds']} independent draws; two-sided rank of the printed value among them "
         "(denominator over d and both sensor noises).",
         cross_check=f"The same draws under all {len(readings)} readings of the denominator; {gains}.",
         outcomes=tuple(
-            Outcome(reading=READING_OF[what], holds=one["probability"] >= SMALLEST_PROBABILITY)
-            for what, one in readings.items()
+            Outcome(reading=READING_OF[what], holds=row["probability"] >= SMALLEST_PROBABILITY)
+            for what, row in readings.items()
         ),
         probability=readings[ALL_NOISE]["probability"],
-        draws=found["seeds"],
+        draws=record["seeds"],
         as_printed=Evidence(
             method="The same draws with the denominator of our copy, over d alone.",
             probability=readings[AS_PRINTED]["probability"],
-            draws=found["seeds"],
+            draws=record["seeds"],
         ),
         quantities={
             f"{reading}: {percentile} % percentile": value
@@ -97,7 +97,7 @@ for _name, _printed in DATA["simulated-ratio"].items():
 )
 def below_level(results: Results) -> Evidence:
     """Each of the four printed ratios is below the optimal level of its observer."""
-    simulated = min(found["smallest_ratio_to_level"] for found in all_draws(results)["cases"].values())
+    simulated = min(record["smallest_ratio_to_level"] for record in all_draws(results)["cases"].values())
     return positive(
         min(results[case(name)]["lower"] - printed for name, printed in G_SIM.items()),
         method="Lower end of the optimum's bracket minus the printed ratio, smallest of four.",
@@ -114,9 +114,9 @@ def _smaller(fractions: dict[str, float]) -> dict[str, float]:
 def smallest(results: Results) -> Evidence:
     """The proposed observer has the smallest ratio (34), in print and, by each reading of (34), in most of our
     draws."""
-    found = {what: rows["proposed"] for what, rows in all_draws(results)["smaller_ratio"].items()}
+    shares = {what: rows["proposed"] for what, rows in all_draws(results)["smaller_ratio"].items()}
     printed = min(G_SIM[name] for name in "ABC") - G_SIM["proposed"]
-    margins = {what: min(printed, min(found[what].values()) - 0.5) for what in READING_OF}
+    margins = {what: min(printed, min(shares[what].values()) - 0.5) for what in READING_OF}
     return positive(
         min(margins.values()),
         method="Distance of the printed values; and the fraction of common draws in which the same order holds, above "
@@ -124,10 +124,10 @@ def smallest(results: Results) -> Evidence:
         outcomes=outcomes_of({READING_OF[what]: margin for what, margin in margins.items()}),
         quantities={
             "distance of the printed values": printed,
-            **{f"{what}: {who}": f for what, row in found.items() for who, f in _smaller(row).items()},
+            **{f"{what}: {who}": f for what, row in shares.items() for who, f in _smaller(row).items()},
         },
         note="Cases A to C run with our gains. The text simulates noise of the sensors; without it the proposed "
-        f"observer has the smaller ratio than Case A in {100 * found[NOISELESS]['A']:.0f} % of the draws.",
+        f"observer has the smaller ratio than Case A in {100 * shares[NOISELESS]['A']:.0f} % of the draws.",
     )
 
 
@@ -147,17 +147,17 @@ def lowest_error(results: Results) -> Evidence:
 @SIMULATION.statistical("order.more-outputs", place="Sec. IV-A, on Figs. 2-5", uses=DRAWS, reading=OWN_PERIODS)
 def more_outputs_are_better(results: Results) -> Evidence:
     """Observers that use more outputs have a smaller error (Figs. 2-5)."""
-    found = all_draws(results)["smaller_energy"]
-    fractions = {name: found[name] for name in ("proposed", "C")}
-    proposed, both = (min(fractions[more][one] for one in "AB") - 0.5 for more in fractions)
+    shares = all_draws(results)["smaller_energy"]
+    fractions = {name: shares[name] for name in ("proposed", "C")}
+    proposed, both = (min(fractions[more][rival] for rival in "AB") - 0.5 for more in fractions)
     return Evidence(
         method="Energy of the estimation error under common noise: least fraction of draws in which observers that use "
         "both outputs lie below those that use one, above a half.",
         outcomes=outcomes_of({OWN_PERIODS: proposed, ANY_PERIODS: min(proposed, both)}),
         quantities={
-            f"fraction of draws, {WHO[more]} below {WHO[one]}": fractions[more][one]
+            f"fraction of draws, {WHO[more]} below {WHO[rival]}": fractions[more][rival]
             for more in fractions
-            for one in "AB"
+            for rival in "AB"
         },
         note="Figures 2-5 show one draw each. The sentence follows one on the proposed observer. Of Case C, with both "
         "outputs, the text prints a level and a ratio (34) above those of Case B, with one, so it does not speak of it."
@@ -177,13 +177,13 @@ def truncation(results: Results) -> Evidence:
     cases = all_draws(results)["cases"]
     return below(
         max(
-            found["largest_tail_effect"] * found["readings"][AS_PRINTED]["percentiles"]["100.0"]
-            for found in cases.values()
+            record["largest_tail_effect"] * record["readings"][AS_PRINTED]["percentiles"]["100.0"]
+            for record in cases.values()
         ),
         0.0005,
         "Half a unit in the last place of the printed ratios.",
         method="Geometric estimate of the tail from e(601) and the spectral radius, largest over cases and draws.",
-        quantities={f"largest |e(601)|, {WHO[name]}": found["largest_final_error"] for name, found in cases.items()},
+        quantities={f"largest |e(601)|, {WHO[name]}": record["largest_final_error"] for name, record in cases.items()},
     )
 
 
@@ -199,16 +199,16 @@ TIMED = Part("Sec. IV-B, simulations, Figs. 6-8", reading=SAME_NOISE, figures="f
 )
 def least_error_of_timings(results: Results) -> Evidence:
     """How often each timing has the least energy of the error."""
-    found = results["timing-draws"]
-    names = {name: name.replace("timing-", "Case ") for name in found["least"]}
+    record = results["timing-draws"]
+    names = {name: name.replace("timing-", "Case ") for name in record["least"]}
     return positive(
-        min(found["smaller"]["timing-2"].values()) - 0.5,
-        method=f"Energy of the estimation error with the gains (38)-(40) under common noise, {found['seeds']} draws: "
+        min(record["smaller"]["timing-2"].values()) - 0.5,
+        method=f"Energy of the estimation error with the gains (38)-(40) under common noise, {record['seeds']} draws: "
         "least fraction in which Case 2 lies below another case, above a half.",
         cross_check="The expected size of the error in the long run, computed without draws, has the same order.",
         quantities={
-            **{f"fraction of draws with the least energy, {who}": found["least"][name] for name, who in names.items()},
-            **{f"expected size of the error, {who}": found["long_run"][name] for name, who in names.items()},
+            **{f"fraction of draws with the least energy, {who}": record["least"][name] for name, who in names.items()},
+            **{f"expected size of the error, {who}": record["long_run"][name] for name, who in names.items()},
         },
         note="The text concludes from levels, gains and Figs. 6-8, and names no case here. One draw, as in the "
         "figures, need not have this order.",

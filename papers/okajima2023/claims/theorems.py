@@ -158,8 +158,8 @@ def start_of_the_period(results: Results) -> Evidence:
     """For the gains (33), starting the product for A_e at instant 1, as printed, or at 0 gives the same poles."""
     orders = results["product-orders"]
     shifted, ascending = (
-        max(abs(a - b) for a, b in zip(orders["descending"], orders[other], strict=True))
-        for other in ("shifted", "ascending")
+        max(abs(a - b) for a, b in zip(orders["descending"], orders[order], strict=True))
+        for order in ("shifted", "ascending")
     )
     return below(
         shifted,
@@ -220,10 +220,10 @@ THEOREMS.feasible(
 )
 def condition_of_theorem_1_suffices(results: Results) -> Evidence:
     """If (20) is positive definite at each instant, A_e is Schur and the l2 gain is below γ."""
-    found, gains = results["summation"], [results[name] for name in PRINTED_GAINS]
+    sums, gains = results["summation"], [results[name] for name in PRINTED_GAINS]
     return _suffices(
         results["identities"]["dissipation"],
-        [found["bound_28"] - found["largest_ratio"], *(1 - gain["spectral_radius"] for gain in gains)],
+        [sums["bound_28"] - sums["largest_ratio"], *(1 - gain["spectral_radius"] for gain in gains)],
         "Quadratic form of (20) against (23) on random problems; beside it the ratio of norms in draws against (28), "
         "and the stability of A_e with the printed gains, whose levels Theorem 1 gives.",
     )
@@ -254,20 +254,20 @@ def _suffices(residual: float, margins: list[float], method: str) -> Evidence:
 @THEOREMS.feasible("theory.summation", place="Eqs. (26)-(28)", uses="summation")
 def summation(results: Results) -> Evidence:
     """For the gains (33) under random noise, summing (25) gives (26), (27) and a ratio of l2 norms within (28)."""
-    found = results["summation"]
-    room = min(found["epsilon"], found["excess_26"], found["excess_27"], found["bound_28"] - found["largest_ratio"])
+    sums = results["summation"]
+    room = min(sums["epsilon"], sums["excess_26"], sums["excess_27"], sums["bound_28"] - sums["largest_ratio"])
     return positive(
         # The sum must also telescope: what is left of it counts against the room.
-        room - found["sum_residual"],
+        room - sums["sum_residual"],
         method="P_k of Theorem 1 at a level above its smallest one, ε of (22) from the least eigenvalue; both sides "
-        f"of (26) and (27) over the energy of the noise, and the root of (28), in {found['draws']} draws: least room.",
-        solvers=solvers(found),
+        f"of (26) and (27) over the energy of the noise, and the root of (28), in {sums['draws']} draws: least room.",
+        solvers=solvers(sums),
         quantities={
-            "level": found["level"],
-            "ε": found["epsilon"],
-            "bound of (28)": found["bound_28"],
-            "largest ratio in the draws": found["largest_ratio"],
-            "distance of the sum from the left-hand side of (26)": found["sum_residual"],
+            "level": sums["level"],
+            "ε": sums["epsilon"],
+            "bound of (28)": sums["bound_28"],
+            "largest ratio in the draws": sums["largest_ratio"],
+            "distance of the sum from the left-hand side of (26)": sums["sum_residual"],
         },
     )
 

@@ -28,20 +28,20 @@ FOUND, _ = theorems("okajima2023")
 SETTLED_BY = "eq. (41) as the authors have it; the program linked from the blog has other plants"
 
 
-def recovered(quantity: str, *given: str, of: str = "section-4c-error-poles") -> Term:
+def recovered(quantity: str, *parts: str, of: str = "section-4c-error-poles") -> Term:
     """A number of the plant of Sec. IV-C, with these parts of it as the search for a theorem finds them."""
-    return term(quantity, "section-4c", **{name: FOUND[of].parameters[name] for name in given})
+    return term(quantity, "section-4c", **{name: FOUND[of].parameters[name] for name in parts})
 
 
-def radius_of(found: list[list[float]]) -> float:
+def radius_of(spectrum: list[list[float]]) -> float:
     """The largest modulus of some poles."""
-    return max(float((real**2 + imaginary**2) ** 0.5) for real, imaginary in found)
+    return max(float((real**2 + imaginary**2) ** 0.5) for real, imaginary in spectrum)
 
 
 # What the text says of a matrix that our copy lacks. One that is chosen to give a number does not test that number.
 
 
-def lacking(told: str, results: Results) -> Evidence:
+def lacking(text: str, results: Results) -> Evidence:
     """That our copy lacks the matrix A of Sec. IV-C, beside what its print and the plant found by search give.
 
     Raises AuditError if the A that our copy prints has the stated poles: then it is not lacking.
@@ -51,7 +51,7 @@ def lacking(told: str, results: Results) -> Evidence:
         raise AuditError("the matrix of eq. (41) has the stated poles; judge the claims on it by that matrix")
     return Evidence(
         method="",
-        not_checkable=f"Our copy lacks the matrix A of Sec. IV-C: eq. (41) repeats that of Sec. IV-A. {told}",
+        not_checkable=f"Our copy lacks the matrix A of Sec. IV-C: eq. (41) repeats that of Sec. IV-A. {text}",
         settled_by=SETTLED_BY,
         quantities={
             "largest pole of A as printed, modulus": radius_of(printed["poles"]),
@@ -115,14 +115,14 @@ def stabilised(results: Results) -> Evidence:
     """With an A that has the stated poles, and all else as in Sec. IV-A, the gains (42) stabilise the error system."""
     free, printed = results[ANY_ENTRIES], radius_of(results[PRINTED]["error_poles"])
     fits = _rounds_to(free["poles"], poles(DATA["poles"]), HALF_UNIT_OF_POLES)
-    found = results[ALL_DIAGONALS]
-    diagonals = radius_of(results[RECOVERED]["outputs"]["error_poles_printed_C"]), found["found"][1]["radius"]
+    record = results[ALL_DIAGONALS]
+    diagonals = radius_of(results[RECOVERED]["outputs"]["error_poles_printed_C"]), record["found"][1]["radius"]
     radii = {FREE_A: free["radius"] if fits else math.inf, RECOVERED_A: diagonals[0], SECOND_A: diagonals[1]}
     return Evidence(
         method="Spectral radius over one period of A_e with such an A, the C of Sec. IV-A and the gains (42).",
-        cross_check=f"{len(found['found'])} real diagonals have the stated poles exactly; at {found['moved']} points "
+        cross_check=f"{len(record['found'])} real diagonals have the stated poles exactly; at {record['moved']} points "
         "of the rounding of these poles the radius is never below "
-        f"{min(row['least_radius'] for row in found['found']):.3f}.",
+        f"{min(row['least_radius'] for row in record['found']):.3f}.",
         outcomes=tuple(
             Outcome(reading=name, holds=radius < 1, margin=1 - radius if math.isfinite(radius) else None)
             for name, radius in radii.items()
@@ -144,10 +144,10 @@ def stabilised(results: Results) -> Evidence:
     )
 
 
-def _rounds_to(found: list[list[float]], stated: list[list[float]], half_unit: float) -> bool:
+def _rounds_to(spectrum: list[list[float]], stated: list[list[float]], half_unit: float) -> bool:
     """Whether poles, one of each pair, are the stated ones within half a unit of each part; in the same order."""
-    pairs = zip(found, stated, strict=True)
-    return all(abs(a - b) <= half_unit for pole, other in pairs for a, b in zip(pole, other, strict=True))
+    pairs = zip(spectrum, stated, strict=True)
+    return all(abs(a - b) <= half_unit for pole, target in pairs for a, b in zip(pole, target, strict=True))
 
 
 @UNSTABLE.feasible(
@@ -162,9 +162,9 @@ def _rounds_to(found: list[list[float]], stated: list[list[float]], half_unit: f
 )
 def one_plant(results: Results) -> Evidence:
     """A plant found by search, of which C differs too, has the stated poles, and the gains (42) stabilise A_e."""
-    found = results[RECOVERED]
-    state, outputs, inputs, attained = (found[name] for name in ("state", "outputs", "inputs", "attained"))
-    same = found["printed_inputs"]["norm"] / found["printed_inputs"]["optimum"] - 1
+    search = results[RECOVERED]
+    state, outputs, inputs, attained = (search[name] for name in ("state", "outputs", "inputs", "attained"))
+    same = search["printed_inputs"]["norm"] / search["printed_inputs"]["optimum"] - 1
     room = 1 - radius_of(outputs["error_poles"])
     fits = _rounds_to(state["poles_recovered"], poles(DATA["poles"]), HALF_UNIT_OF_POLES)
     return Evidence(
@@ -172,8 +172,8 @@ def one_plant(results: Results) -> Evidence:
         "gains (42) and the C found.",
         cross_check=f"Of {outputs['tried']} integer matrices C with entries of size up to {outputs['bound']}, "
         f"{outputs['fits']} explains the stated poles of A_e by rounding of the gains (linearised). With entries up to "
-        f"{found['wider']['bound']} there are {found['wider']['fits']}, and this one "
-        f"{'stays' if found['wider']['C'] == outputs['C'] else 'is not'} the nearest.",
+        f"{search['wider']['bound']} there are {search['wider']['fits']}, and this one "
+        f"{'stays' if search['wider']['C'] == outputs['C'] else 'is not'} the nearest.",
         holds=fits and room > 0,
         margin=room if fits else None,
         quantities={
@@ -204,9 +204,9 @@ def one_plant(results: Results) -> Evidence:
     pinned="compatible",
     reading=FREE_A,
     says=[
-        said
+        quantity
         for name in ("section-4c-design", "section-4c-second-design", "section-4c-free-design")
-        for said in (
+        for quantity in (
             recovered("design by Theorem 2", *TIMES, "A", "B_d", "D", of=name),
             recovered("unstable plant", "A", of=name),
         )
@@ -214,17 +214,17 @@ def one_plant(results: Results) -> Evidence:
 )
 def designable(results: Results) -> Evidence:
     """Theorem 2 designs an observer for each unstable A tried that has the stated poles, all else as in Sec. IV-A."""
-    found, stated = results[STATED_DESIGNS], poles(DATA["poles"])
-    excess = max(one["reduced_lmi"]["norm"] / one["optimum"] - 1 for one in found.values())
-    fit = all(_rounds_to(one["poles"], stated, HALF_UNIT_OF_POLES) for one in found.values())
-    least = min(radius_of(one["poles"]) for one in found.values())
+    designs, stated = results[STATED_DESIGNS], poles(DATA["poles"])
+    excess = max(design["reduced_lmi"]["norm"] / design["optimum"] - 1 for design in designs.values())
+    fit = all(_rounds_to(design["poles"], stated, HALF_UNIT_OF_POLES) for design in designs.values())
+    least = min(radius_of(design["poles"]) for design in designs.values())
     return below(
         excess if fit and least > 1 else 1.0,
         1e-7,
         "Relative distance from the optimum at which a design counts as optimal.",
         method="Exact norm of the gains of Theorem 2 (reduced form) relative to the exact optimum, for each A tried: "
         "both diagonals with the stated poles, and an A that differs elsewhere. Largest.",
-        solvers=solvers(*found.values()),
-        quantities={f"optimum, {name}": one["optimum"] for name, one in found.items()},
+        solvers=solvers(*designs.values()),
+        quantities={f"optimum, {name}": design["optimum"] for name, design in designs.items()},
         note="The A that our copy prints is stable: a design for it would not bear the sentence out.",
     )

@@ -111,7 +111,7 @@ EXPERIMENTS = (
     ),
     experiment("common", designs.on_common_plant, **INPUTS),
     experiment("sensitivity", designs.rounded_levels, plant=PRINTED_PLANT, designs=_ROUNDED),
-    *(experiment(f"schedule.{name}", designs.selections, **times(found)) for name, found in SCHEDULES.items()),
+    *(experiment(f"schedule.{name}", designs.selections, **times(schedule)) for name, schedule in SCHEDULES.items()),
     experiment("schedule.dual-rate", designs.selections, **times(CASES["C"])),
     experiment(PERIOD_TABLE, designs.period_table, plant=PLANT, largest=6),
     experiment("constant-matrix", designs.constant_matrix, plant=PLANT, **times(both((2, 1))), analysed=_GAINS_OF),

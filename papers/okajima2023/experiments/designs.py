@@ -52,7 +52,7 @@ def design(plant: dict[str, Matrix], periods: list[int], offsets: list[int], sen
     filter: the smallest one of filters, which use the newest measurement too.
     """
     problem = build(plant, periods, offsets, sensors)
-    central, kalman = (problem.error_system(found(problem).gains) for found in (optimal_design, kalman_design))
+    central, kalman = (problem.error_system(method(problem).gains) for method in (optimal_design, kalman_design))
     reduced, printed, n = reduced_lmi_design(problem), lmi_design(problem), problem.plant.order
     (variables, rows), (cyclic_variables, cyclic_rows) = (theorem2_size(problem, cyclic) for cyclic in (False, True))
     acting = problem.schedule.period * (n * (n + 1) // 2) + n * int(problem.schedule.mask.sum()) + 1
@@ -77,14 +77,14 @@ def design(plant: dict[str, Matrix], periods: list[int], offsets: list[int], sen
 def of_filters(problem: MultirateProblem) -> MultirateProblem:
     """The same problem for filters, which use y(k) for the state at k: that of predicting a state kept one instant."""
     plant, n = problem.plant, problem.plant.order
-    kept = MultiratePlant(
+    extension = MultiratePlant(
         A=np.block([[plant.A, np.zeros((n, n))], [np.eye(n), np.zeros((n, n))]]),
         B_d=np.vstack([plant.B_d, np.zeros_like(plant.B_d)]),
         C=np.hstack([plant.C, np.zeros_like(plant.C)]),
         D=plant.D,
         W=np.hstack([np.zeros_like(plant.W), plant.W]),
     )
-    return MultirateProblem(kept, problem.schedule)
+    return MultirateProblem(extension, problem.schedule)
 
 
 def constant_matrix(
@@ -99,19 +99,19 @@ def constant_matrix(
     constant, periodic = lmi_design(problem, one_matrix=True), lmi_design(problem)
     analyses: Json = {}
     for name, case in analysed.items():
-        seen, gains = build(plant, case["periods"], case["offsets"], case["sensors"]), np.array(case["gains"])
-        own = lmi_analysis(seen, gains, accept=INACCURATE)
+        setting, gains = build(plant, case["periods"], case["offsets"], case["sensors"]), np.array(case["gains"])
+        by_instant = lmi_analysis(setting, gains, accept=INACCURATE)
         try:
-            one = lmi_analysis(seen, gains, one_matrix=True, accept=INACCURATE)
+            single = lmi_analysis(setting, gains, one_matrix=True, accept=INACCURATE)
         except InfeasibleError:
-            one = None
-        radii = [np.abs(np.linalg.eigvals(stage.A)).max() for stage in seen.error_system(gains).stages]
+            single = None
+        radii = [np.abs(np.linalg.eigvals(stage.A)).max() for stage in setting.error_system(gains).stages]
         analyses[name] = {
-            "constant": None if one is None else one.level,
-            "periodic": own.level,
+            "constant": None if single is None else single.level,
+            "periodic": by_instant.level,
             # One P for all instants makes each A_ek alone stable.
             "largest_radius": float(max(radii)),
-            "solvers": [found.report.to_dict() for found in (one, own) if found is not None],
+            "solvers": [analysis.report.to_dict() for analysis in (single, by_instant) if analysis is not None],
         }
     return {
         "constant": constant.level,
@@ -170,11 +170,11 @@ def rounded_levels(plant: Mapping[str, str], designs: list[Json]) -> Json:
     """
 
     def compute(parameters: Parameters) -> dict[str, float]:
-        found: dict[str, float] = {}
+        optima: dict[str, float] = {}
         for entry in designs:
             problem = build(dict(parameters), entry["periods"], entry["offsets"], entry["sensors"])
-            found |= dict.fromkeys(entry["claims"], optimum(problem).value)
-        return found
+            optima |= dict.fromkeys(entry["claims"], optimum(problem).value)
+        return optima
 
     return spread(plant, compute)
 
@@ -208,8 +208,8 @@ def on_common_plant(plant: dict[str, Any], multiples: list[int]) -> dict[str, An
     Phi, Gamma = SampledPlant(A, B, C, np.zeros((1, 1)), C).discretise(plant["h"])
     sampled = MultiratePlant(A=Phi, B_d=Gamma, C=C, D=np.array([[plant["noise"]]]), W=C)
 
-    def bracket(seen: MultiratePlant, period: int) -> list[float]:
-        best = optimum(MultirateProblem(seen, SensingSchedule((period,))))
+    def bracket(model: MultiratePlant, period: int) -> list[float]:
+        best = optimum(MultirateProblem(model, SensingSchedule((period,))))
         return [best.lower, best.upper]
 
     return {

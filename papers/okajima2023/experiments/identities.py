@@ -81,8 +81,8 @@ def summation(
     side in (26) and (27); and the largest ratio of l2 norms beside the bound in (28).
     """
     problem, L = build(plant, **sensing), np.array(gains)
-    found = lmi_analysis(problem, L, accept=INACCURATE)
-    level, N, P = (1 + slack) * found.level, problem.schedule.period, list(found.P)
+    analysis = lmi_analysis(problem, L, accept=INACCURATE)
+    level, N, P = (1 + slack) * analysis.level, problem.schedule.period, list(analysis.P)
     theta = [np.block(theorem1_matrix(problem, L, P, k, level**2)) for k in range(N)]
     epsilon = float(min(np.linalg.eigvalsh(matrix)[0] for matrix in theta))
     rng, stages, n = np.random.default_rng(seed), problem.error_system(L).stages, problem.plant.order
@@ -110,7 +110,7 @@ def summation(
         "largest_ratio": float(np.sqrt(ratios.max())),
         "bound_28": float(np.sqrt(max(level**2 - epsilon, 0.0))),
         "draws": draws,
-        "solvers": [found.report.to_dict()],
+        "solvers": [analysis.report.to_dict()],
     }
 
 

@@ -39,7 +39,7 @@ def draws(plant: dict[str, Matrix], cases: dict[str, Json], seeds: int, seed: in
     that the sums leave out.
     """
     d, w = _noise(np.random.default_rng(seed), seeds, plant, **noise)
-    found: Json = {}
+    records: Json = {}
     for name, case in cases.items():
         system = _system(plant, case)
         error, final = _error_energy(system, np.concatenate([d, w[:, :, case["sensors"]]], axis=2))
@@ -48,14 +48,14 @@ def draws(plant: dict[str, Matrix], cases: dict[str, Json], seeds: int, seed: in
         ratios["d, simulated without w"] = np.sqrt(noiseless / (d**2).sum(axis=(1, 2)))
         # After the noise ends the error decays about this fast.
         decay = system.spectral_radius() ** (2 / system.period)
-        found[name] = {
+        records[name] = {
             "ratios": {reading: values.tolist() for reading, values in ratios.items()},
             "errors": error.tolist(),
             "largest_final_error": float(np.sqrt(final.max())),
             "largest_tail_effect": float(np.max(np.sqrt(1 + final / (1 - decay) / error) - 1)),
             "smallest_ratio_to_level": float(np.min(l2_gain(system).value / ratios["d, all w"])),
         }
-    return found
+    return records
 
 
 def timing_draws(plant: dict[str, Matrix], cases: dict[str, Json], seeds: int, seed: int, **noise: Any) -> Json:
@@ -86,8 +86,8 @@ def distribution(drawn: Json, printed: dict[str, float]) -> Json:
     one; the largest effect of the tail; how often each case has a smaller error energy than each other one, and how
     often, by reading, a smaller ratio.
     """
-    ratios = {what: {name: np.array(one["ratios"][what]) for name, one in drawn.items()} for what in DENOMINATORS}
-    errors = {name: np.array(one["errors"]) for name, one in drawn.items()}
+    ratios = {what: {name: np.array(case["ratios"][what]) for name, case in drawn.items()} for what in DENOMINATORS}
+    errors = {name: np.array(case["errors"]) for name, case in drawn.items()}
 
     def summary(values: Array, printed: float) -> Json:
         percentiles = zip(map(str, PERCENTILES), np.percentile(values, PERCENTILES).tolist(), strict=True)
@@ -97,24 +97,24 @@ def distribution(drawn: Json, printed: dict[str, float]) -> Json:
         "seeds": len(next(iter(errors.values()))),
         "cases": {
             name: {
-                "readings": {reading: summary(found[name], printed[name]) for reading, found in ratios.items()},
+                "readings": {reading: summary(rows[name], printed[name]) for reading, rows in ratios.items()},
                 **{
-                    what: one[what]
+                    what: case[what]
                     for what in ("largest_final_error", "largest_tail_effect", "smallest_ratio_to_level")
                 },
             }
-            for name, one in drawn.items()
+            for name, case in drawn.items()
         },
         "smaller_energy": _smaller(errors),
-        "smaller_ratio": {reading: _smaller(found) for reading, found in ratios.items()},
+        "smaller_ratio": {reading: _smaller(rows) for reading, rows in ratios.items()},
     }
 
 
-def _smaller(found: Mapping[str, Array]) -> dict[str, dict[str, float]]:
+def _smaller(values: Mapping[str, Array]) -> dict[str, dict[str, float]]:
     """In which share of the draws each case has less than each other one."""
     return {
-        name: {other: float(np.mean(own < found[other])) for other in found if other != name}
-        for name, own in found.items()
+        name: {rival: float(np.mean(sizes < values[rival])) for rival in values if rival != name}
+        for name, sizes in values.items()
     }
 
 

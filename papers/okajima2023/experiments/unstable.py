@@ -61,8 +61,8 @@ def recovered(
     state, gains = recover_poles(text.A, text.poles, step), np.array(text.gains)
     A = with_diagonal(text.A, state["fits"][0])
     outputs, wider = (recover_outputs(A, text.gains, text.error_poles, most) for most in (bound, wider_bound))
-    found = recover_inputs(A, outputs["C"], text.gains, SCHEDULE)
-    plant = {"A": A, "B_d": found["B_d"], "C": outputs["C"], "D": found["D"]}
+    channels = recover_inputs(A, outputs["C"], text.gains, SCHEDULE)
+    plant = {"A": A, "B_d": channels["B_d"], "C": outputs["C"], "D": channels["D"]}
 
     def achieved(plant: dict[str, Matrix]) -> Json:
         problem = build(plant, PERIODS, OFFSETS, [0, 1])
@@ -77,7 +77,7 @@ def recovered(
             "error_poles_printed_C": error_poles(A, gains, text.C),
         },
         "wider": wider,
-        "inputs": found,
+        "inputs": channels,
         "gains": achieved(plant),
         "printed_inputs": achieved({**plant, **inputs}),
         "attained": {"largest_change": float(np.abs(change).max()), "half_unit": half_unit},
@@ -93,13 +93,13 @@ def diagonals(stated: Json, half_unit: float, bound: int) -> Json:
     """
     text = Stated(**stated)
 
-    def tried(poles: Any) -> list[tuple[list[float], Matrix, float]]:
-        found = [(entries, with_diagonal(text.A, entries)) for entries in exact_diagonals(text.A, poles)]
-        return [(entries, A, abs(complex(*error_poles(A, text.gains, text.C)[0]))) for entries, A in found]
+    def evaluations(poles: Any) -> list[tuple[list[float], Matrix, float]]:
+        candidates = [(entries, with_diagonal(text.A, entries)) for entries in exact_diagonals(text.A, poles)]
+        return [(entries, A, abs(complex(*error_poles(A, text.gains, text.C)[0]))) for entries, A in candidates]
 
     # The imaginary part of a real pole stays zero.
     moves = [(-half_unit, 0.0, half_unit) if part else (0.0,) for part in np.ravel(text.poles)]
-    moved = [tried(np.add(text.poles, np.reshape(move, (-1, 2)))) for move in itertools.product(*moves)]
+    moved = [evaluations(np.add(text.poles, np.reshape(move, (-1, 2)))) for move in itertools.product(*moves)]
     return {
         "moved": len(moved),
         "bound": bound,
@@ -110,7 +110,7 @@ def diagonals(stated: Json, half_unit: float, bound: int) -> Json:
                 "least_radius": min(row[number][2] for row in moved),
                 "fits": recover_outputs(A, text.gains, text.error_poles, bound)["fits"],
             }
-            for number, (entries, A, radius) in enumerate(tried(text.poles))
+            for number, (entries, A, radius) in enumerate(evaluations(text.poles))
         ],
     }
 
@@ -120,28 +120,28 @@ def smallest_change(plant: dict[str, Matrix], gains: Array, poles: Array) -> Arr
     acting = np.broadcast_to(SCHEDULE.mask[:, None, :], gains.shape)
     target = np.poly(poles)
 
-    def placed(change: Array) -> Array:
-        found = np.zeros(gains.shape)
-        found[acting] = change
-        return found
+    def gain_shifts(change: Array) -> Array:
+        shifts = np.zeros(gains.shape)
+        shifts[acting] = change
+        return shifts
 
     def residual(change: Array) -> Array:
-        return np.real(np.poly(error_monodromy(plant["A"], gains + placed(change), plant["C"])) - target)[1:]
+        return np.real(np.poly(error_monodromy(plant["A"], gains + gain_shifts(change), plant["C"])) - target)[1:]
 
-    return placed(_root(residual, np.zeros(acting.sum())))
+    return gain_shifts(_root(residual, np.zeros(acting.sum())))
 
 
 def _root(residual: Callable[[Array], Array], start: Array) -> Array:
     """A root near `start` by Gauss-Newton, with the least change in the Euclidean norm each time."""
-    found = start
+    root = start
     for _ in range(20):
-        if np.abs(residual(found)).max() < 1e-13:
+        if np.abs(residual(root)).max() < 1e-13:
             break
         step = 1e-7
-        moves = step * np.eye(len(found))
-        jacobian = np.array([(residual(found + move) - residual(found - move)) / (2 * step) for move in moves]).T
-        found = found - np.linalg.lstsq(jacobian, residual(found), rcond=None)[0]
-    return found
+        moves = step * np.eye(len(root))
+        jacobian = np.array([(residual(root + move) - residual(root - move)) / (2 * step) for move in moves]).T
+        root = root - np.linalg.lstsq(jacobian, residual(root), rcond=None)[0]
+    return root
 
 
 def stated_matrices(stated: Json, step: float, diagonal_decimals: int, decimals: int) -> dict[str, Matrix]:
@@ -157,9 +157,9 @@ def stated_matrices(stated: Json, step: float, diagonal_decimals: int, decimals:
     }
 
 
-def stated_designs(stated: Json, inputs: dict[str, Matrix], **given: Any) -> Json:
-    """Designs for each of `stated_matrices`, which takes `given`; inputs: the B_d and D of Sec. IV-A."""
-    plants = {name: {**inputs, "A": A, "C": stated["C"]} for name, A in stated_matrices(stated, **given).items()}
+def stated_designs(stated: Json, inputs: dict[str, Matrix], **search: Any) -> Json:
+    """Designs for each of `stated_matrices`, which takes `search`; inputs: the B_d and D of Sec. IV-A."""
+    plants = {name: {**inputs, "A": A, "C": stated["C"]} for name, A in stated_matrices(stated, **search).items()}
     return {
         name: {"poles": upper_half(np.linalg.eigvals(plant["A"])), **design(plant, PERIODS, OFFSETS, [0, 1])}
         for name, plant in plants.items()
@@ -179,8 +179,8 @@ def any_entries(stated: Json, decimals: int) -> Json:
 
     def residual(entries: Array) -> Array:
         A = entries.reshape(start.shape)
-        found = (np.poly(A) - target, np.poly(error_monodromy(A, text.gains, text.C)) - error_target)
-        return np.real(np.concatenate([difference[1:] for difference in found]))
+        differences = (np.poly(A) - target, np.poly(error_monodromy(A, text.gains, text.C)) - error_target)
+        return np.real(np.concatenate([difference[1:] for difference in differences]))
 
     A = _root(residual, start.ravel()).reshape(start.shape)
     rounded = np.round(A, decimals)

@@ -78,14 +78,14 @@ def _least_excess(
     """
     attained, cut = _attained(A, C, schedule, gains, B_d, D), FIRST_CUT
     while True:
-        found = []
+        candidates = []
         for i in np.flatnonzero(~_achievable(A, C, schedule, B_d, D, attained / (1 + cut))):
             plant = MultiratePlant(A=A, B_d=B_d[i][:, None], C=C, D=np.diag(D[i]))
             problem = MultirateProblem(plant, schedule)
-            found.append((l2_gain(problem.error_system(gains)).value / optimum(problem).value - 1, problem))
-        found.sort(key=itemgetter(0))
-        if len(found) > 1 and found[1][0] <= cut:
-            return found[:2]
+            candidates.append((l2_gain(problem.error_system(gains)).value / optimum(problem).value - 1, problem))
+        candidates.sort(key=itemgetter(0))
+        if len(candidates) > 1 and candidates[1][0] <= cut:
+            return candidates[:2]
         cut *= 4
 
 

@@ -200,12 +200,12 @@ def _measured(gains: Array) -> Array:
 
 def complete(poles: Poles) -> ComplexArray:
     """All poles: a number is a real one, [real, imaginary] with positive imaginary part is a conjugate pair."""
-    given = [complex(*np.atleast_1d(pole)) for pole in poles]
-    upper = [pole for pole in given if pole.imag >= 0]
+    numbers = [complex(*np.atleast_1d(pole)) for pole in poles]
+    upper = [pole for pole in numbers if pole.imag >= 0]
     return np.array(upper + [pole.conjugate() for pole in upper if pole.imag > 0])
 
 
 def upper_half(poles: npt.NDArray[np.inexact[Any]]) -> list[list[float]]:
     """Poles as [real, imaginary], real ones first, of each pair the one with positive imaginary part."""
-    kept = sorted((p for p in poles.astype(complex) if p.imag >= 0), key=lambda p: (p.imag > 0, p.real, p.imag))
-    return [[float(p.real), float(p.imag)] for p in kept]
+    upper = sorted((p for p in poles.astype(complex) if p.imag >= 0), key=lambda p: (p.imag > 0, p.real, p.imag))
+    return [[float(p.real), float(p.imag)] for p in upper]

@@ -53,8 +53,8 @@ def exponent(points: list[tuple[float, float]]) -> float:
 )
 def instability(results: Results) -> Evidence:
     """The system of Example 4 is unstable."""
-    found = results["roots"]
-    outcomes = tuple(_jordan(name, eigenvalue, found) for name, eigenvalue in JORDAN.items())
+    record = results["roots"]
+    outcomes = tuple(_jordan(name, eigenvalue, record) for name, eigenvalue in JORDAN.items())
     return Evidence(
         method="Rightmost roots of s + λΣe^{-si/K}/K over all K of Table I; for λ = 0 the index of the nilpotent J.",
         settled_by="the authors, if they state the eigenvalue of the Jordan block",
@@ -70,7 +70,7 @@ def instability(results: Results) -> Evidence:
         outcomes=outcomes,
         quantities={
             f"{end} of the rightmost roots over K, eigenvalue {name} [1/s]": value
-            for name, ends in found["roots"].items()
+            for name, ends in record["roots"].items()
             for end, value in ends.items()
         },
         note="With λ < 0 there is a positive real root for every K. With λ = 0 all roots are zero and, for n states, "
@@ -78,11 +78,11 @@ def instability(results: Results) -> Evidence:
     )
 
 
-def _jordan(name: str, eigenvalue: float, found: Results) -> Outcome:
+def _jordan(name: str, eigenvalue: float, record: Results) -> Outcome:
     """Whether every cell is unstable; with eigenvalue zero every cell of two states or more."""
     if not eigenvalue:
-        return Outcome(reading=name, holds=min(found["growth"][1:]) > 0)
-    least = found["roots"][f"{eigenvalue:g}"]["smallest"]
+        return Outcome(reading=name, holds=min(record["growth"][1:]) > 0)
+    least = record["roots"][f"{eigenvalue:g}"]["smallest"]
     return Outcome(reading=name, holds=least > 0.0, margin=least)
 
 
@@ -104,12 +104,12 @@ def cell(states: int, delays: int, run: str, results: Results) -> Evidence:
         f"{'; '.join(where)}, stand beside them and do not compare."
     )
     note = "This cell is not part of the default run: `benchmarks/bench_delay.py --full` measures it again."
-    said = solvers(results[run]) if run else ()
+    reports = solvers(results[run]) if run else ()
     if run:
-        found = results[run]
-        note = SMALL_CONE if "full" in found else ""
-        quantities |= {"equalities": float(found["equalities"]), "level reached": found["gamma"]}
-        full = found.get("full", {})
+        record = results[run]
+        note = SMALL_CONE if "full" in record else ""
+        quantities |= {"equalities": float(record["equalities"]), "level reached": record["gamma"]}
+        full = record.get("full", {})
         quantities |= {f"full program of degree 1: {words}": float(full[name]) for name, words in IN_FULL if full}
     else:
         small = next(c for c in ours if c["cone"] == "bessel")
@@ -118,7 +118,7 @@ def cell(states: int, delays: int, run: str, results: Results) -> Evidence:
             "level certified": small["gamma"],
             "residual of the certificate in the full program": small["residual"],
         }
-    return Evidence(method="", not_checkable=reason, value=shown, quantities=quantities, solvers=said, note=note)
+    return Evidence(method="", not_checkable=reason, value=shown, quantities=quantities, solvers=reports, note=note)
 
 
 for _n, _k, _seconds in published():
@@ -235,12 +235,12 @@ def printed_seconds() -> dict[tuple[int, int], float]:
 
 def our_seconds(results: Results) -> dict[tuple[int, int], float]:
     """Our CPU seconds of the full cone by (n, K): assembly and solver, timed apart, or together in the full run."""
-    found = cpu_seconds(results["measured"]["cells"], "total")
+    seconds = cpu_seconds(results["measured"]["cells"], "total")
     for n, k, _ in published():
         apart = results["timed"][f"n{n}k{k}"]
         if apart["solver"] is not None:
-            found[n, k] = apart["assembly"] + apart["solver"]
-    return found
+            seconds[n, k] = apart["assembly"] + apart["solver"]
+    return seconds
 
 
 def lowered(cost: Mapping[tuple[int, int], float]) -> dict[tuple[int, int], float]:
@@ -256,11 +256,11 @@ def cpu_seconds(cells: Iterable[Mapping[str, Any]], cone: str) -> dict[tuple[int
 
 def _measured_growth(cells: list[dict[str, Any]], chosen: set[tuple[int, int]]) -> dict[str, float]:
     """Exponents of our CPU seconds over those cells that were measured, and what the cell left out in Table I took."""
-    found = {}
+    quantities = {}
     for cone, label in MEASURED_AS.items():
         seconds = cpu_seconds(cells, cone)
         points = [(float(n * k), value) for (n, k), value in seconds.items() if (n, k) in chosen]
-        found[f"exponent of our CPU seconds, {label}"] = exponent(points)
+        quantities[f"exponent of our CPU seconds, {label}"] = exponent(points)
         for n, k in seconds.keys() - {(n, k) for n, k, _ in published()}:
-            found[f"our CPU seconds for n = {n}, K = {k}, which Table I leaves out, {label}"] = seconds[n, k]
-    return found
+            quantities[f"our CPU seconds for n = {n}, K = {k}, which Table I leaves out, {label}"] = seconds[n, k]
+    return quantities

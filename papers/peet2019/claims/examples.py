@@ -146,12 +146,12 @@ def _table(example: str) -> None:
 )
 def small_gains(results: Results) -> Evidence:
     """With one disturbance on all states alike a gain below .001 is achieved: in Examples 1-3 with B = [1; 1]."""
-    found = {name: results[f"small.ex{name}"] for name in EXAMPLES}
+    runs = {name: results[f"small.ex{name}"] for name in EXAMPLES}
     return positive(
-        float(SMALL) - max(one["level"] for one in found.values()),
+        float(SMALL) - max(run["level"] for run in runs.values()),
         method="Theorem 3 as ε → 0, degree 1, solved at ε = 0 at this level, where B is a column of ones.",
-        quantities={f"level reached, Example {name}": one["level"] for name, one in found.items()},
-        solvers=solvers(*found.values()),
+        quantities={f"level reached, Example {name}": run["level"] for name, run in runs.items()},
+        solvers=solvers(*runs.values()),
         note="The text says so of examples in the literature, typically, and has B = [1; 1] for them; that Examples "
         "1-3 had it is our assumption, so that no printed number is reproduced. A level that is reached, not the "
         "least: lower ones, and so arbitrarily small gains, were not tried.",
@@ -242,18 +242,18 @@ _table("3")
 )
 def below_level(results: Results) -> Evidence:
     """Some observer by Theorem 3 keeps the gain below the level of Fig. 1 for every disturbance."""
-    found, least = results["fig1"], results[f"sos.ex2.d{FIGURE_DEGREE}"]["tensor"]
-    largest = max(run["gain"] for run in found["scan"])
+    simulation, least = results["fig1"], results[f"sos.ex2.d{FIGURE_DEGREE}"]["tensor"]
+    largest = max(run["gain"] for run in simulation["scan"])
     return positive(
-        found["level"] - max(least["gamma"], largest),
+        simulation["level"] - max(least["gamma"], largest),
         method=f"Level of Fig. 1 less the least one of Theorem 3 for all disturbances, degree {FIGURE_DEGREE}, or "
-        f"the largest simulated gain of the {len(found['scan'])} sincs of the scan if that is larger.",
+        f"the largest simulated gain of the {len(simulation['scan'])} sincs of the scan if that is larger.",
         quantities={
             "least level of Theorem 3, all disturbances": least["gamma"],
             "largest gain of the simulated sincs": largest,
-            "level of Fig. 1 less that gain": found["level"] - largest,
+            "level of Fig. 1 less that gain": simulation["level"] - largest,
         },
-        solvers=solvers(found, least),
+        solvers=solvers(simulation, least),
         note=OF_ITS_OWN.format("simulated here"),
         as_printed=unmet(results),
     )
@@ -262,8 +262,8 @@ def below_level(results: Results) -> Evidence:
 @FIG_1.claim(Kind.CITED, "fig1.gain", DATA["sinc-gain"], uses="fig1")
 def sinc_gain(results: Results) -> Evidence:
     """L₂ gain of the simulated error for a sinc disturbance."""
-    found = results["fig1"]
-    scan = [run["gain"] for run in found["scan"]]
+    simulation = results["fig1"]
+    scan = [run["gain"] for run in simulation["scan"]]
     target = float(DATA["sinc-gain"])
     return Evidence(
         method="",
@@ -275,7 +275,7 @@ def sinc_gain(results: Results) -> Evidence:
             "largest gain of the scan": max(scan),
             "closest to the printed gain": min(scan, key=lambda gain: abs(gain - target)),
             "settings scanned": float(len(scan)),
-            "gain for sinc(t - τ) on all channels": found["gain"],
-            f"gain for sinc(t - τ) on all channels, {DATA['lumped-states']} lumped states": found["lumped"],
+            "gain for sinc(t - τ) on all channels": simulation["gain"],
+            f"gain for sinc(t - τ) on all channels, {DATA['lumped-states']} lumped states": simulation["lumped"],
         },
     )

@@ -47,21 +47,21 @@ def optimum_of(example: str, results: Results) -> float:
 
 def least_gain(example: str, degree: int, results: Results) -> Evidence:
     """Least γ of Theorem 3 under each degree rule that is tried."""
-    found, optimum = results[f"sos.ex{example}.d{degree}"], optimum_of(example, results)
+    record, optimum = results[f"sos.ex{example}.d{degree}"], optimum_of(example, results)
     off = degree == 1 and example in OFF_THE_PRINT
-    gammas, gamma = _runs(example, degree, results), found["tensor"]["gamma"]
+    gammas, gamma = _runs(example, degree, results), record["tensor"]["gamma"]
     reached = fitted(results["readings"]).get(example) if off else None
-    variants = {f"γ with ε = {epsilon}": value for epsilon, value in found["epsilon"].items()} if degree == 1 else {}
+    variants = {f"γ with ε = {epsilon}": value for epsilon, value in record["epsilon"].items()} if degree == 1 else {}
     return Evidence(
         method=f"Theorem 3 as corrected, least level as ε → 0, Z₂ of degree d = {degree} in each variable, solved by "
         f"SDPA at ε = 0; {len(RULES)} degree rules.",
         cross_check=f"Optimum without sums of squares: {optimum:.7f}; we measured the residuals and the gap.",
         value=gamma,
-        solvers=solvers(found["tensor"], found["total"]),
+        solvers=solvers(record["tensor"], record["total"]),
         quantities={
             "excess over the optimum": gamma - optimum,
-            "excess, Z₂ of total degree d": found["total"]["gamma"] - optimum,
-            **({"γ by Clarabel on the same program": found["clarabel"], **variants} if degree == 1 else {}),
+            "excess, Z₂ of total degree d": record["total"]["gamma"] - optimum,
+            **({"γ by Clarabel on the same program": record["clarabel"], **variants} if degree == 1 else {}),
             **({"ε fitted to the print": reached["epsilon"]} if reached else {}),
         },
         outcomes=(
@@ -76,14 +76,14 @@ def least_gain(example: str, degree: int, results: Results) -> Evidence:
 
 def _runs(example: str, degree: int, results: Results) -> dict[str, list[float]]:
     """γ at ε = 0 under each reading, in every run that there is; of some rules there is none."""
-    found, rules = results[f"sos.ex{example}.d{degree}"], results["rules"]
+    record, rules = results[f"sos.ex{example}.d{degree}"], results["rules"]
     off = degree == 1 and example in OFF_THE_PRINT
 
     def more(name: str) -> list[float]:
         gains = rules[name][example]
         return runs(results["readings"], name, example) if off else [gains[d] for d in gains if d == str(degree)]
 
-    ours = {name: [found[rule]["gamma"]] for name, rule in RUNS.items() if rule in found}
+    ours = {name: [record[rule]["gamma"]] for name, rule in RUNS.items() if rule in record}
     return {name: [*ours.get(name, []), *more(name)] for name in RULES}
 
 
@@ -100,19 +100,19 @@ def outcomes(gammas: Mapping[str, list[float]], optimum: float, degree: int) -> 
     and the least found under a rule whose certificates it holds.
     """
     open_ones = unsharp(gammas)
-    found = []
+    readings = []
     for name, values in gammas.items():
         if not values:
             held = min(min(gammas[b]) for b in gammas if gammas[b] and inside(RULES[b], RULES[name], degree))
-            found.append(Outcome(reading=name, value=held, lower=min(optimum, held), upper=held))
+            readings.append(Outcome(reading=name, value=held, lower=min(optimum, held), upper=held))
             continue
         low, high = min(values), max(values)
         if name in open_ones:
             sharp = [b for b in gammas if gammas[b] and b not in open_ones and inside(RULES[name], RULES[b], degree)]
             low, high = max([optimum, *(min(gammas[b]) - UNSHARP for b in sharp)]), low
         ends = (low, high) if len(values) > 1 else (None, None)
-        found.append(Outcome(reading=name, value=min(values), lower=ends[0], upper=ends[1]))
-    return tuple(found)
+        readings.append(Outcome(reading=name, value=min(values), lower=ends[0], upper=ends[1]))
+    return tuple(readings)
 
 
 def fitted(rules: Results) -> dict[str, Mapping[str, float]]:
@@ -140,15 +140,15 @@ def _on_the_rule(rules: Results, undetermined: tuple[str, ...]) -> str:
 
 def by_pade(example: str, results: Results) -> Evidence:
     """LMI (3) on the lossless Padé model."""
-    found = results[f"reference.ex{example}"]
+    record = results[f"reference.ex{example}"]
     return Evidence(
-        method=f"LMI (3), Z eliminated, Clarabel ({found['pade_status']}), Padé of order {DATA['pade-order']} as a "
-        f"lossless ladder ({found['pade_states']} states).",
-        cross_check=f"Riccati equation of the unmeasured part: {found['pade_riccati']:.9f}.",
-        value=found["pade"],
+        method=f"LMI (3), Z eliminated, Clarabel ({record['pade_status']}), Padé of order {DATA['pade-order']} as a "
+        f"lossless ladder ({record['pade_states']} states).",
+        cross_check=f"Riccati equation of the unmeasured part: {record['pade_riccati']:.9f}.",
+        value=record["pade"],
         quantities={
-            "optimum, collocation and Riccati": found["chebyshev"],
-            **({f"optimum, {end} end of its bracket": found["exact"][end] for end in ENDS} if found["exact"] else {}),
+            "optimum, collocation and Riccati": record["chebyshev"],
+            **({f"optimum, {end} end of its bracket": record["exact"][end] for end in ENDS} if record["exact"] else {}),
         },
         note=DELAY_OF_2 if example == "2" else "",
     )
@@ -156,8 +156,8 @@ def by_pade(example: str, results: Results) -> Evidence:
 
 def levels_at(degree: int, example: str, results: Results) -> dict[str, float]:
     """The least level found at a degree under each rule."""
-    found = outcomes(_runs(example, degree, results), optimum_of(example, results), degree)
-    return {one.reading: one.value for one in found if isinstance(one.value, float)}
+    readings = outcomes(_runs(example, degree, results), optimum_of(example, results), degree)
+    return {outcome.reading: outcome.value for outcome in readings if isinstance(outcome.value, float)}
 
 
 def room(printed: str, level: float) -> float:
@@ -178,8 +178,8 @@ def missed(results: Results) -> tuple[str, ...]:
 
 def _missing(prints: Iterable[tuple[str, int, str]], results: Results) -> tuple[str, ...]:
     """The rules under which the level of some (example, degree, print) does not round to its print."""
-    found = [(printed, levels_at(degree, example, results)) for example, degree, printed in prints]
-    return tuple(name for name in RULES if any(room(printed, levels[name]) <= 0.0 for printed, levels in found))
+    pairs = [(printed, levels_at(degree, example, results)) for example, degree, printed in prints]
+    return tuple(name for name in RULES if any(room(printed, levels[name]) <= 0.0 for printed, levels in pairs))
 
 
 def reaches(example: str, results: Results) -> Evidence:
@@ -223,7 +223,7 @@ def lumped_errors(what: str, results: Results) -> dict[str, float]:
     the observer `alone` |z_e| over |z| along the rightmost motion of the plant.
     """
     loops = {example: results[f"lumped.ex{example}"] for example in EXAMPLES}
-    return {example: found[what][found["states"].index(DATA["lumped-states"])] for example, found in loops.items()}
+    return {example: loop[what][loop["states"].index(DATA["lumped-states"])] for example, loop in loops.items()}
 
 
 @IMPLEMENTATION.order(
@@ -281,24 +281,24 @@ OF_ITS_OWN = "The theorem is about the observer of its own storage, not the one 
 
 def closed_loop(name: str, results: Results) -> Evidence:
     """H∞ norm of the closed loop of returned gains against the level of the certificate."""
-    found = results[f"loop.{name}"]
-    norm = found["norms"][-1]
+    loop = results[f"loop.{name}"]
+    norm = loop["norms"][-1]
     return Evidence(
         method="H∞ norm of plant and observer, gains of Lemma 5 as corrected, collocated at "
-        f"{found['orders'][-1]} points per history, by the Hamiltonian test.",
-        cross_check=f"At {found['orders'][0]} points: {found['norms'][0]:.8f}. The norm is "
-        f"{norm / found['optimum']:.8f} times the optimum by the Riccati equation.",
-        holds=norm <= found["level"] and found["abscissa"] < 0.0,
-        margin=found["level"] - norm if found["abscissa"] < 0.0 else -found["abscissa"],
+        f"{loop['orders'][-1]} points per history, by the Hamiltonian test.",
+        cross_check=f"At {loop['orders'][0]} points: {loop['norms'][0]:.8f}. The norm is "
+        f"{norm / loop['optimum']:.8f} times the optimum by the Riccati equation.",
+        holds=norm <= loop["level"] and loop["abscissa"] < 0.0,
+        margin=loop["level"] - norm if loop["abscissa"] < 0.0 else -loop["abscissa"],
         quantities={
             "norm": norm,
-            "level of the certificate": found["level"],
-            "optimum": found["optimum"],
-            "spectral abscissa [1/s]": found["abscissa"],
-            "least eigenvalue of 𝒫": found["storage"],
-            "largest eigenvalue of the dissipation form": found["dissipation"],
+            "level of the certificate": loop["level"],
+            "optimum": loop["optimum"],
+            "spectral abscissa [1/s]": loop["abscissa"],
+            "least eigenvalue of 𝒫": loop["storage"],
+            "largest eigenvalue of the dissipation form": loop["dissipation"],
         },
-        solvers=solvers(found),
+        solvers=solvers(loop),
         note=OF_ITS_OWN.format("collocated here") + (f" {NOT_SEEN}" if name == "ex2" else ""),
         as_printed=unmet(results),
     )

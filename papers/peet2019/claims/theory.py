@@ -71,20 +71,20 @@ THEOREM_4 = Part(
 @INTRODUCTION.order("theory.lmi-3", place="Sec. I, eq. (3)", uses="lmi-3", says=term("bound (7)", by="LMI (3)"))
 def lmi_3(results: Results) -> Evidence:
     """Where LMI (3) holds for P > 0 and Z, the observer with L₁ = P⁻¹Z has a gain of at most γ."""
-    found = results["lmi-3"]
-    holds = found["storage"] > 0.0
+    record = results["lmi-3"]
+    holds = record["storage"] > 0.0
     return positive(
-        1.0 - found["largest"] if holds else found["storage"],
-        method=f"{found['trials']} random plants of three states, with D: gain of (6), by the Hamiltonian test, "
+        1.0 - record["largest"] if holds else record["storage"],
+        method=f"{record['trials']} random plants of three states, with D: gain of (6), by the Hamiltonian test, "
         "against the least γ at which (3) holds for P and Z.",
-        cross_check=f"The form of (3) is that of Theorem 1 to {short(found['form'], 1)}. With the sign of L reversed "
-        f"the bound fails in {found['reversed']} cases.",
+        cross_check=f"The form of (3) is that of Theorem 1 to {short(record['form'], 1)}. With the sign of L reversed "
+        f"the bound fails in {record['reversed']} cases.",
         quantities={
-            "largest gain over γ": found["largest"],
-            "smallest gain over γ": found["smallest"],
-            "least eigenvalue of all P": found["storage"],
-            "cases": float(found["trials"]),
-            "cases in which the reversed gain breaks the bound": float(found["reversed"]),
+            "largest gain over γ": record["largest"],
+            "smallest gain over γ": record["smallest"],
+            "least eigenvalue of all P": record["storage"],
+            "cases": float(record["trials"]),
+            "cases in which the reversed gain breaks the bound": float(record["reversed"]),
         },
         note="Instances. In general: a completed square, v = C₁e/γ, and an integration, as in Theorem 1's proof.",
     )
@@ -93,8 +93,8 @@ def lmi_3(results: Results) -> Evidence:
 def loops_that_meet(results: Results) -> tuple[int, float]:
     """How many closed loops have a certificate that meets the inequality, and their least room below γ, relative."""
     loops = [results[name] for name in LOOPS]
-    kept = [loop for loop in loops if loop["storage"] > 0.0 and loop["dissipation"] <= 0.0]
-    return len(kept), min((1.0 - loop["norms"][-1] / loop["level"] for loop in kept), default=-1.0)
+    valid = [loop for loop in loops if loop["storage"] > 0.0 and loop["dissipation"] <= 0.0]
+    return len(valid), min((1.0 - loop["norms"][-1] / loop["level"] for loop in valid), default=-1.0)
 
 
 @THEOREM_1.order(
@@ -109,13 +109,13 @@ def theorem_1(results: Results) -> Evidence:
     """Where 𝒫 = 𝒫* is coercive and the inequality holds, (7) bounds the error along solutions with d⟨e, 𝒫e⟩/dt =
     2⟨e, 𝒫ė⟩.
     """
-    kept, room = loops_that_meet(results)
+    count, room = loops_that_meet(results)
     return Evidence(
         holds=min(room, 1.0 - results["lmi-3"]["largest"]) > 0.0,
-        method=f"{kept} closed loops with delays whose certificates meet the inequality on a Galerkin basis, and "
+        method=f"{count} closed loops with delays whose certificates meet the inequality on a Galerkin basis, and "
         f"{results['lmi-3']['trials']} random ones without delays: H∞ norm against γ.",
         quantities={
-            "loops with delays that meet the inequality": kept,
+            "loops with delays that meet the inequality": count,
             "least room of our loops below γ, with delays, relative": room,
             "largest gain over γ, without delays": results["lmi-3"]["largest"],
         },
@@ -126,22 +126,22 @@ def theorem_1(results: Results) -> Evidence:
     )
 
 
-def told_of_symmetry(found: Results) -> dict[str, float]:
+def told_of_symmetry(record: Results) -> dict[str, float]:
     """The numbers of the case that is not self-adjoint."""
     return {
-        "least eigenvalue of the form ⟨e, 𝒫e⟩": found["coercive"],
-        "largest eigenvalue of the inequality": found["largest"],
-        "spectral abscissa of the error [1/s]": found["abscissa"],
+        "least eigenvalue of the form ⟨e, 𝒫e⟩": record["coercive"],
+        "largest eigenvalue of the inequality": record["largest"],
+        "spectral abscissa of the error [1/s]": record["abscissa"],
     }
 
 
 def without_symmetry(results: Results) -> Evidence:
     """Theorem 1 as printed, which does not ask for 𝒫 = 𝒫*: a case in which the inequality holds and the error grows."""
-    found = results["self-adjoint"]
+    record = results["self-adjoint"]
     return positive(
-        -found["abscissa"] if found["coercive"] > 0.0 > found["largest"] else 1.0,
+        -record["abscissa"] if record["coercive"] > 0.0 > record["largest"] else 1.0,
         method="Two states without delays, 𝒫 = I + J with a rotation J, 𝒵 = 0: eigenvalues of the inequality and of 𝒜.",
-        quantities=told_of_symmetry(found),
+        quantities=told_of_symmetry(record),
     )
 
 
@@ -168,14 +168,14 @@ def vanishing(results: Results) -> Evidence:
     )
 
 
-def rounded(residual: float, **told: Any) -> Evidence:
+def rounded(residual: float, **fields: Any) -> Evidence:
     """Evidence that an identity holds up to rounding."""
-    return below(residual, ROUNDING, WHY_ROUNDING, **told)
+    return below(residual, ROUNDING, WHY_ROUNDING, **fields)
 
 
-def _residuals(method: str, corrected: float, as_printed: float, told: dict[str, float], note: str) -> Evidence:
+def _residuals(method: str, corrected: float, as_printed: float, errors: dict[str, float], note: str) -> Evidence:
     """An identity holds as corrected, and as printed it does not."""
-    quantities = {"largest residual, corrected": corrected, "median residual, as printed": as_printed, **told}
+    quantities = {"largest residual, corrected": corrected, "median residual, as printed": as_printed, **errors}
     printed = rounded(as_printed, method=method)
     return rounded(corrected, method=method, quantities=quantities, note=note, as_printed=printed)
 
@@ -189,16 +189,16 @@ SLIPS = {
 
 def inverse(part: str, results: Results) -> Evidence:
     """Theorem 4 or Lemma 5 as printed and corrected."""
-    found, slips = results["inversion"], SLIPS[part]
+    record, slips = results["inversion"], SLIPS[part]
     return _residuals(
-        f"{found['trials']} random coercive operators, two states, two delays, τ_K ≠ 1, against a numerical inverse; "
-        f"integrals are sums over {found['points']} Gauss points per history.",
-        found[part]["corrected"]["largest"],
-        found[part]["printed"]["median"],
+        f"{record['trials']} random coercive operators, two states, two delays, τ_K ≠ 1, against a numerical inverse; "
+        f"integrals are sums over {record['points']} Gauss points per history.",
+        record[part]["corrected"]["largest"],
+        record[part]["printed"]["median"],
         {
-            "largest error of those sums, on K_i": found["quadrature"]["corrected"]["largest"],
-            "least eigenvalue of all operators": found["least"],
-            "median jump of 𝒫x at s = 0, for constant x": found["jump"]["constants"]["median"],
+            "largest error of those sums, on K_i": record["quadrature"]["corrected"]["largest"],
+            "least eigenvalue of all operators": record["least"],
+            "median jump of 𝒫x at s = 0, for constant x": record["jump"]["constants"]["median"],
         },
         note=f"Read with {', '.join(slips[:-1])} and {slips[-1]} together, each a slip that may be of the text at "
         "hand. Cases. Integrals enter the formulas through K_i and T_i alone, which the sums give to rounding."
@@ -235,14 +235,14 @@ OF_OUR_COPY = ("theorem-3-row", "eq-10-factor", "theorem-3-names")
 )
 def identity(results: Results) -> Evidence:
     """The quadratic form of Theorem 3 is the one of Theorem 1: the identity of Sec. VI holds."""
-    found = results["identities"]["theorem_3"]
-    medians = {name: found[name]["median"] for names in GROUPS.values() for name in names}
+    residuals = results["identities"]["theorem_3"]
+    medians = {name: residuals[name]["median"] for names in GROUPS.values() for name in names}
     least = min(medians[name] for erratum, names in GROUPS.items() if erratum not in OF_OUR_COPY for name in names)
     return _residuals(
         f"Both sides of the identity of Sec. VI by quadrature, {results['identities']['trials']} random cases with "
         "polynomial data, two states and two delays; as printed: of the misprints that are surely the text's the one "
         "that matters least, alone.",
-        found["none"]["largest"],
+        residuals["none"]["largest"],
         least,
         {f"median residual, {misprint} as printed": median for misprint, median in medians.items()},
         note="It needs the corrections of the transposes, of τ_K in (10), of names and of the square too.",
@@ -288,16 +288,16 @@ def theorem_3(results: Results) -> Evidence:
     """Where both forms of Theorem 3, corrected, have the signs that its inclusions are to give them, the error obeys
     ‖z_e‖ ≤ γ‖w‖, along solutions with d⟨e, 𝒫e⟩/dt = 2⟨e, 𝒫ė⟩.
     """
-    kept, room = loops_that_meet(results)
+    count, room = loops_that_meet(results)
     residual = results["identities"]["theorem_3"]["none"]["largest"]
     return Evidence(
         holds=room > 0.0 and residual < ROUNDING,
         method=f"Its argument in two steps: the identity of Sec. VI, in {results['identities']['trials']} random "
-        f"cases, and the bound of Theorem 1, in {kept} closed loops whose certificates meet the conditions.",
+        f"cases, and the bound of Theorem 1, in {count} closed loops whose certificates meet the conditions.",
         quantities={
             "largest residual of the identity": residual,
             "allowed residual, for rounding": ROUNDING,
-            "closed loops that meet the conditions": kept,
+            "closed loops that meet the conditions": count,
             "least room of our loops below γ, relative": room,
         },
         note="Both steps are proved in general. Not followed here: Corollary 2, whose cone Part 1 defines, by which "
@@ -310,13 +310,13 @@ def theorem_3(results: Results) -> Evidence:
 @INTRODUCTION.feasible("theory.no-gains", place="Sec. I, below eq. (2)", uses="no-gains", consequence="remark")
 def without_gains(results: Results) -> Evidence:
     """With all gains removed the observer (2) is the system (1) without w."""
-    found = results["no-gains"]
+    record = results["no-gains"]
     return rounded(
-        found["gap"],
+        record["gap"],
         method="Matrix of plant and observer with all gains zero, collocated, Example 2: the observer's rows against "
         "the plant's.",
-        cross_check=f"With the gains of a certificate the same difference is {found['with_gains']:.2g}.",
-        quantities={"largest difference, relative": found["gap"], "the same with gains": found["with_gains"]},
+        cross_check=f"With the gains of a certificate the same difference is {record['with_gains']:.2g}.",
+        quantities={"largest difference, relative": record["gap"], "the same with gains": record["with_gains"]},
     )
 
 
@@ -353,16 +353,16 @@ for _place, _statement in {
 )
 def present_only(results: Results) -> Evidence:
     """With Qᵢ = 0 and Z₃ᵢ to Z₇ᵢⱼ zero as stated there, only the present state is corrected."""
-    found = results["inversion"]["present_only"]
+    residuals = results["inversion"]["present_only"]
     return rounded(
-        max(found["corrected"]["largest"], found["l0"]["largest"]),
+        max(residuals["corrected"]["largest"], residuals["l0"]["largest"]),
         method=f"Lemma 5 on {results['inversion']['trials']} random operators: the gains of the histories against "
         "zero, and L₀ against P⁻¹Z₀.",
-        cross_check=f"With Qᵢ as drawn the gains of the histories reach {found['injected']['largest']:.2g}.",
+        cross_check=f"With Qᵢ as drawn the gains of the histories reach {residuals['injected']['largest']:.2g}.",
         quantities={
-            "largest gain of a history": found["corrected"]["largest"],
-            "largest difference of L₀ and P⁻¹Z₀": found["l0"]["largest"],
-            "largest gain of a history, Qᵢ as drawn": found["injected"]["largest"],
+            "largest gain of a history": residuals["corrected"]["largest"],
+            "largest difference of L₀ and P⁻¹Z₀": residuals["l0"]["largest"],
+            "largest gain of a history, Qᵢ as drawn": residuals["injected"]["largest"],
         },
         note="L₂ᵢ stays: the present state is also corrected by the output error of time t - τᵢ.",
     )

@@ -58,17 +58,17 @@ def synthesised(plant: Json, degree: int) -> Json:
     At degree 1, where the value depends on it: also the wide rule, with a loose gap, and for the tensor rule ε > 0 and
     Clarabel on the same program.
     """
-    found: Json = {}
+    record: Json = {}
     system = delay_system(**plant)
     for rule in (DegreeRule.TENSOR, DegreeRule.TOTAL):
         certificate = minimum_gain(system, degree, rule)
-        found[rule.value] = {"gamma": certificate.gamma, "solver": certificate.solution.report.to_dict()}
+        record[rule.value] = {"gamma": certificate.gamma, "solver": certificate.solution.report.to_dict()}
     if degree == 1:
         wide = minimum_gain(system, degree, DegreeRule.WIDE, options=LOOSE)
-        found["wide"] = {"gamma": wide.gamma, "solver": wide.solution.report.to_dict()}
-        found["clarabel"] = cross_checked(system, degree).objective
-        found["epsilon"] = {str(e): minimum_gain(system, degree, epsilon=e, options=LOOSE).gamma for e in EPSILONS}
-    return found
+        record["wide"] = {"gamma": wide.gamma, "solver": wide.solution.report.to_dict()}
+        record["clarabel"] = cross_checked(system, degree).objective
+        record["epsilon"] = {str(e): minimum_gain(system, degree, epsilon=e, options=LOOSE).gamma for e in EPSILONS}
+    return record
 
 
 def cross_checked(system: DelayPlant, degree: int) -> Solution:
@@ -226,14 +226,14 @@ def fig_1(plant: Json, level: float, degree: int, epsilon: float, samples: int, 
         for horizon in (10.0, 20.0, 40.0)
         for channels in ((1.0, 1.0), (1.0, 0.0), (0.0, 1.0))
     ]
-    kept = run(1.0, 1.0, 20.0, (1.0, 1.0))
+    simulation = run(1.0, 1.0, 20.0, (1.0, 1.0))
     return {
         "scan": [{**setting, "gain": run(**setting).gain} for setting in settings],
         "level": level,
-        "t": kept.times.tolist(),
-        "w": kept.disturbance[:, 0].tolist(),
-        "e": kept.state.T.tolist(),
-        "gain": kept.gain,
+        "t": simulation.times.tolist(),
+        "w": simulation.disturbance[:, 0].tolist(),
+        "e": simulation.state.T.tolist(),
+        "gain": simulation.gain,
         "lumped": run(1.0, 1.0, 20.0, (1.0, 1.0), lumped).gain,
         "solver": certificate.solution.report.to_dict(),
     }
@@ -285,15 +285,15 @@ def on_common_plant(plant: dict[str, Any], multiples: list[int], degree: int) ->
     A, B, C, h = (np.array(plant[name]) for name in ("A", "B", "C", "h"))
     n, lag = len(A), LAG * float(h)
     a0 = np.block([[A, np.zeros((n, 1))], [np.zeros((1, n)), np.array([[-1 / lag]])]])
-    seen = np.block([[np.zeros((n, n + 1))], [C / lag, np.zeros((1, 1))]])
+    coupling = np.block([[np.zeros((n, n + 1))], [C / lag, np.zeros((1, 1))]])
     b = np.block([[B, np.zeros((n, 1))], [np.zeros((1, 1)), np.array([[plant["noise"] / lag]])]])
     c1, c2 = np.hstack([C, [[0.0]]]), np.hstack([np.zeros((1, n)), [[1.0]]])
-    found = []
+    levels = []
     for m in multiples:
         if m == 1:
-            level = riccati_gain(without_noise(a0 + seen, b, c1, c2))
-            found.append([level, level])
+            level = riccati_gain(without_noise(a0 + coupling, b, c1, c2))
+            levels.append([level, level])
         else:
-            least = minimum_gain(delay_system(a0, [seen], [(m - 1) * float(h)], b, c1, c2), degree)
-            found.append([least.lower, least.gamma])
-    return found
+            least = minimum_gain(delay_system(a0, [coupling], [(m - 1) * float(h)], b, c1, c2), degree)
+            levels.append([least.lower, least.gamma])
+    return levels

@@ -71,13 +71,13 @@ def lmi_3(trials: int, seed: int) -> dict[str, Any]:
         p = np.asarray(scipy.linalg.solve_continuous_are(a, b, weight, -level * np.eye(INPUTS)))
         z = p @ gain
         least = least_level(p, z, plant, level)
-        found = np.linalg.solve(p, z)
-        ratios.append(_gain(plant, found) / least)
+        injection = np.linalg.solve(p, z)
+        ratios.append(_gain(plant, injection) / least)
         storage.append(float(np.linalg.eigvalsh(p)[0]))
-        reverse += not _gain(plant, -found) <= least
+        reverse += not _gain(plant, -injection) <= least
         e, w, v = (rng.standard_normal(size) for size in (N, INPUTS, OUTPUTS))
         h = np.concatenate([e, w, v])
-        rate = (plant["a"] + found @ plant["c2"]) @ e - (plant["b"] + found @ plant["d"]) @ w
+        rate = (plant["a"] + injection @ plant["c2"]) @ e - (plant["b"] + injection @ plant["d"]) @ w
         supply = 2.0 * e @ p @ rate - least * (w @ w + v @ v) + 2.0 * v @ plant["c1"] @ e
         form.append(abs(h @ matrix_3(p, z, plant, least) @ h - supply) / (1.0 + abs(supply)))
     return {
@@ -95,12 +95,12 @@ def self_adjoint() -> dict[str, float]:
 
     coercive: least eigenvalue of ⟨e, 𝒫e⟩. largest: of the inequality, in (e, w, v). abscissa: of the error.
     """
-    one, level = np.eye(2), 2.0
+    identity, level = np.eye(2), 2.0
     rotation = np.array([[0.0, 1.0], [-1.0, 0.0]])
-    p = one + rotation
-    a = np.linalg.solve(p, 2.0 * rotation - one)
-    plant = {"a": a, "b": one, "c1": one, "c2": one, "d": 0.0 * one}
-    inequality = matrix_3(p, 0.0 * one, plant, level)
+    p = identity + rotation
+    a = np.linalg.solve(p, 2.0 * rotation - identity)
+    plant = {"a": a, "b": identity, "c1": identity, "c2": identity, "d": 0.0 * identity}
+    inequality = matrix_3(p, 0.0 * identity, plant, level)
     return {
         "coercive": float(np.linalg.eigvalsh((p + p.T) / 2.0)[0]),
         "largest": float(np.linalg.eigvalsh(inequality)[-1]),

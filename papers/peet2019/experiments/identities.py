@@ -226,12 +226,12 @@ def theorem_3(x: Sample, misprint: str) -> float:
         f = slope_sign * x.s[i].slope(s) + (injected + injected.swapaxes(-1, -2))
         total += LAST * float(np.einsum("t,ti,tij,tj->", weights, phi, f, phi))
         for j in EACH:
-            theta, others = NODES[j]
+            theta, weights_j = NODES[j]
             g = -x.r[i][j].at2(s, theta, (1, 0)) - x.r[i][j].at2(s, theta, (0, 1))
             factor = 1.0 if misprint == "g2-factor" else LAST
             g = g + factor * (x.z7[i][j].at2(s, theta) @ x.c2)
             g = g + factor * np.einsum("qi,utjq->tuij", x.c2, x.z7[j][i].at2(theta, s))
-            total += float(np.einsum("t,u,ti,tuij,uj->", weights, others, phi, g, x.e[j].at(theta)[..., 0]))
+            total += float(np.einsum("t,u,ti,tuij,uj->", weights, weights_j, phi, g, x.e[j].at(theta)[..., 0]))
     return float(total)
 
 
@@ -272,4 +272,4 @@ def identities(trials: int, seed: int) -> dict[str, Any]:
 
 def summaries(residuals: dict[str, list[float]]) -> dict[str, dict[str, float]]:
     """Largest and median residual by name."""
-    return {name: {"largest": max(found), "median": float(np.median(found))} for name, found in residuals.items()}
+    return {name: {"largest": max(values), "median": float(np.median(values))} for name, values in residuals.items()}

@@ -35,7 +35,7 @@ def inverse_identities(trials: int, seed: int) -> dict[str, Any]:
     Q_i as drawn. least: the least eigenvalue of all operators. jump: how far each takes constants out of X.
     """
     rng = np.random.default_rng(seed)
-    found: dict[str, dict[str, list[float]]] = {
+    errors: dict[str, dict[str, list[float]]] = {
         "theorem_4": {"printed": [], "corrected": [], **{name: [] for name in (*ALONE, "squared")}},
         "lemma_5": {"printed": [], "corrected": [], "x-index": []},
         "present_only": {"corrected": [], "l0": [], "injected": []},
@@ -46,7 +46,7 @@ def inverse_identities(trials: int, seed: int) -> dict[str, Any]:
     least = []
 
     def put(part: str, name: str, residual: Array) -> None:
-        found[part][name].append(float(np.abs(residual).max()))
+        errors[part][name].append(float(np.abs(residual).max()))
 
     for _ in range(trials):
         case = _coercive(rng)
@@ -70,7 +70,7 @@ def inverse_identities(trials: int, seed: int) -> dict[str, Any]:
         put("present_only", "corrected", _history_gains(alone, z0, z2))
         put("present_only", "l0", alone["p"] @ z0 - np.linalg.solve(case["p"], z0))
     return {"trials": trials, "points": POINTS, "least": min(least)} | {
-        part: summaries(residuals) for part, residuals in found.items()
+        part: summaries(residuals) for part, residuals in errors.items()
     }
 
 

@@ -78,8 +78,8 @@ def inside(small: Rule, big: Rule, degree: int) -> bool:
 
     return all(
         a.degree <= b.degree and members(a) <= members(b)
-        for one, other in ((small.storage, big.storage), (small.dissipation, big.dissipation))
-        for a, b in zip(blocks_of(one(degree)), blocks_of(other(degree)), strict=True)
+        for left, right in ((small.storage, big.storage), (small.dissipation, big.dissipation))
+        for a, b in zip(blocks_of(left(degree)), blocks_of(right(degree)), strict=True)
     )
 
 
@@ -120,7 +120,7 @@ def readings(plants: dict[str, Json], printed: dict[str, str], epsilon: float) -
     """
     targets = {example: float(number) for example, number in printed.items()}
     systems = {example: delay_system(**plant) for example, plant in plants.items()}
-    found: Json = {
+    record: Json = {
         name: {
             example: {
                 "gamma": least(system, reading, 0.0),
@@ -130,19 +130,19 @@ def readings(plants: dict[str, Json], printed: dict[str, str], epsilon: float) -
         }
         for name, reading in READINGS.items()
     }
-    for name in attainable(found, targets):
-        for example, part in found[name].items():
+    for name in attainable(record, targets):
+        for example, part in record[name].items():
             slope = (least(systems[example], READINGS[name], epsilon) - part["gamma"]) / epsilon
             part["epsilon"] = (targets[example] - part["gamma"]) / slope
             part["solved"] = least(systems[example], READINGS[name], part["epsilon"])
-    return found
+    return record
 
 
-def runs(found: Mapping[str, Any], name: str, example: str) -> list[float]:
+def runs(record: Mapping[str, Any], name: str, example: str) -> list[float]:
     """γ at ε = 0 of one reading and example in every run; in exact arithmetic all are the same infimum."""
-    return [found[name][example]["gamma"], found[name][example]["rescaled"]]
+    return [record[name][example]["gamma"], record[name][example]["rescaled"]]
 
 
-def attainable(found: Mapping[str, Any], printed: dict[str, float]) -> tuple[str, ...]:
+def attainable(record: Mapping[str, Any], printed: dict[str, float]) -> tuple[str, ...]:
     """The readings under which, for every example, some run is below the print: it is attained, though not least."""
-    return tuple(name for name, parts in found.items() if all(min(runs(found, name, e)) < printed[e] for e in parts))
+    return tuple(name for name, parts in record.items() if all(min(runs(record, name, e)) < printed[e] for e in parts))

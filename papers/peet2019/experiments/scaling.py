@@ -65,13 +65,13 @@ def cost(states: int, delays: int, level: float | None, threads: int = 1) -> Jso
 
 def _solved(task: Program, level: float | None, options: SdpaOptions) -> tuple[Json, Solution]:
     solution = solve_sdpa(task, options)
-    found = {
+    record = {
         "gamma": float(solution.linear[0]) if level is None else level,
         "equalities": task.a.shape[0],
         "blocks": list(task.blocks),
         "solver": solution.report.to_dict(),
     }
-    return found, solution
+    return record, solution
 
 
 def small_cone_cost(states: int, delays: int, level: float, threads: int = 1) -> Json:
@@ -80,7 +80,7 @@ def small_cone_cost(states: int, delays: int, level: float, threads: int = 1) ->
     The solution is written in the matrices of `cost_program`; what it misses there is measured, without a solver.
     """
     small = synthesis.assemble(example_4(states, delays, jordan=1.0), 1, DegreeRule.BESSEL)
-    found, solution = _solved(synthesis.program(small, 0.0, level), level, replace(SMALL_CONE, threads=threads))
+    record, solution = _solved(synthesis.program(small, 0.0, level), level, replace(SMALL_CONE, threads=threads))
     spaces = (lie.state_space(small.system, small.count), lie.derivative_space(small.system, small.count))
     first = 1 + 2 * small.system.delay_count
     parts = zip((solution.blocks[:first], solution.blocks[first:]), spaces, strict=True)
@@ -88,12 +88,12 @@ def small_cone_cost(states: int, delays: int, level: float, threads: int = 1) ->
     matrices = [matrix for part, space in parts for matrix in lifted(part, space, 1, target)]
     full = cost_program(states, delays, level)
     residual = np.abs(full.a @ np.concatenate([matrix.ravel() for matrix in matrices]) - full.b).max()
-    found["full"] = {
+    record["full"] = {
         "equalities": full.a.shape[0],
         "residual": float(residual / (1.0 + np.abs(full.b).max())),
         "least_eigenvalue": min(float(np.linalg.eigvalsh(matrix)[0]) for matrix in matrices),
     }
-    return found
+    return record
 
 
 def lifted(blocks: Sequence[Array], space: FormSpace, moments: int, target: Blocks) -> tuple[Array, Array]:
@@ -136,11 +136,11 @@ def example_4_roots(states: list[int], delays: list[int], eigenvalues: list[floa
     found with one state. growth: with eigenvalue zero all n roots are zero, and some free motion grows like t to this
     power: the index of the nilpotent J less one, over all numbers of states, the least first.
     """
-    found: Json = {}
+    extremes: Json = {}
     for eigenvalue in eigenvalues:
         roots = [float(rightmost_roots(example_4(1, k, jordan=eigenvalue), 1)[0].real) for k in delays]
-        found[f"{eigenvalue:g}"] = {"largest": max(roots), "smallest": min(roots)}
-    return {"roots": found, "growth": [_nilpotency(example_4(n, 1, jordan=0.0).a[0]) - 1 for n in states]}
+        extremes[f"{eigenvalue:g}"] = {"largest": max(roots), "smallest": min(roots)}
+    return {"roots": extremes, "growth": [_nilpotency(example_4(n, 1, jordan=0.0).a[0]) - 1 for n in states]}
 
 
 def _nilpotency(matrix: np.ndarray[Any, np.dtype[np.float64]]) -> int:

@@ -109,10 +109,10 @@ def better_transient(results: Results) -> Evidence:
     """DRC-APO has a better transient than DRC-PMI at the two frequencies of the figures."""
     constants, energy = results["transients"]["time_constants"], results["transients"]["energy"]
     gains = {
-        choice: [1 - own / other for own, other in zip(*(energy[choice][n].values() for n in (APO, PMI)), strict=True)]
+        choice: [1 - a / p for a, p in zip(*(energy[choice][n].values() for n in (APO, PMI)), strict=True)]
         for choice in printed.STARTS
     }
-    own, others = settling(results)
+    apo, rivals = settling(results)
     return by_margin(
         {SLOWEST: constants[PMI] / constants[APO] - 1, **{choice: min(gain) for choice, gain in gains.items()}},
         method="slowest mode: time constant −M T/ln(monodromy radius). From a start: integral of the square of what "
@@ -130,9 +130,9 @@ def better_transient(results: Results) -> Evidence:
                 for name in (APO, PMI, printed.HELD, SINGLE)
                 for sigma, value in energy[choice][name].items()
             },
-            "observers that DRC-PMI may be, stable loops": len(others),
+            "observers that DRC-PMI may be, stable loops": len(rivals),
             "observers that DRC-PMI may be, loops that settle faster than DRC-APO as printed": sum(
-                other < own for other in others
+                rival < apo for rival in rivals
             ),
         },
         note="ζ(0) is not printed, and from a start the outcome hangs on it. The verdict compares with the slow "
@@ -182,7 +182,7 @@ def like_a_fast_sensor(results: Results) -> Evidence:
     bandwidth = results["frequencies"]["bandwidth"]
     predictors = {APO: "virtual measurement (6)", FAST: "true fast sensor", RESTARTED: "restarted predictor"}
     errors, widths = (
-        [own / fast for own, fast in zip(found[APO], found[FAST], strict=True)] for found in (ratios, bandwidth)
+        [apo / fast for apo, fast in zip(measure[APO], measure[FAST], strict=True)] for measure in (ratios, bandwidth)
     )
     return by_margin(
         {

@@ -27,22 +27,22 @@ CONCLUDED = Part("Order of the printed numbers of Table I", reading=LITERAL)
     pinned="undetermined",
     says=[
         Predicate(
-            of=error_under("apo", LITERAL if one in printed.INTERPOLATIONS else one, i),
+            of=error_under("apo", LITERAL if reading in printed.INTERPOLATIONS else reading, i),
             relation="less than",
-            to=error_under("pmi", one, i),
-            reading=one,
+            to=error_under("pmi", reading, i),
+            reading=reading,
         )
-        for one in printed.READ["pmi"]
+        for reading in printed.READ["pmi"]
         for i in range(len(printed.FREQUENCIES))
     ],
 )
 def smaller_error(results: Results) -> Evidence:
     """DRC-APO has a smaller error than DRC-PMI at every frequency of Table I."""
     table, forms = results["table"], printed_forms(results["orderings"])
-    shares, counts, own = weak_gain_shares(table), ordering_counts(forms), table["readings"]["apo"]
+    shares, counts, apo = weak_gain_shares(table), ordering_counts(forms), table["readings"]["apo"]
     return by_margin(
         {
-            choice: min(1 - a / p for a, p in zip(own.get(choice, own[LITERAL]), column, strict=True))
+            choice: min(1 - a / p for a, p in zip(apo.get(choice, apo[LITERAL]), column, strict=True))
             for choice, column in table["readings"]["pmi"].items()
         },
         method=f"{STEADY}; the frequency with the smallest gain counts",
@@ -68,8 +68,8 @@ def smaller_error(results: Results) -> Evidence:
 def in_order(column: str) -> list[Predicate]:
     """That each error of a column is less than the next, under each reading."""
     return [
-        Predicate(of=error_under(column, one, i), relation="less than", to=error_under(column, one, i + 1), reading=one)
-        for one in printed.READ[column]
+        Predicate(of=error_under(column, key, i), relation="less than", to=error_under(column, key, i + 1), reading=key)
+        for key in printed.READ[column]
         for i in range(len(printed.FREQUENCIES) - 1)
     ]
 
@@ -82,11 +82,11 @@ def growing(column: str, results: Results) -> Evidence:
     forms = printed_forms(results["orderings"])
     open_loops = stable_columns(forms, may_be_meant)
     every = stable_columns(results["orderings"], searched)
-    holds, among = (sum(least_growth(found) > TIED for found in loops) for loops in (open_loops, every))
+    holds, among = (sum(least_growth(ratios) > TIED for ratios in loops) for loops in (open_loops, every))
     only_excluded = len(every) > among and holds == len(open_loops)
     return by_margin(
         {
-            **{choice: least_growth(found) for choice, found in results["table"]["readings"][column].items()},
+            **{choice: least_growth(ratios) for choice, ratios in results["table"]["readings"][column].items()},
             printed.EVERY: min(map(least_growth, open_loops)),
         },
         method=f"{STEADY}; the step with the smallest growth counts",
@@ -123,8 +123,8 @@ for column in printed.COLUMNS:
 
 def stable_columns(structures: Sequence[Mapping[str, Any]], observers: Sequence[str]) -> list[list[float]]:
     """The columns that the stable loops of these observers give, in percent."""
-    found = (entry["ratios"][name] for entry in structures for name in observers)
-    return [column for column in found if column is not None]
+    columns = (entry["ratios"][name] for entry in structures for name in observers)
+    return [column for column in columns if column is not None]
 
 
 def ordering_counts(structures: Sequence[Mapping[str, Any]]) -> Counter[str]:
@@ -139,18 +139,18 @@ def ordering_counts(structures: Sequence[Mapping[str, Any]]) -> Counter[str]:
 
 def where_larger(structures: Sequence[Mapping[str, Any]]) -> str:
     """With which DRC-PMI the error of DRC-APO is the larger, at every frequency or some."""
-    told: dict[str, list[str]] = {"every frequency": [], "some frequencies": []}
+    groups: dict[str, list[str]] = {"every frequency": [], "some frequencies": []}
     for entry in structures:
         for name, apo in product(PMI_OPEN, stable_columns([entry], (APO,))):
             for pmi in stable_columns([entry], (name,)):
-                larger = [own / other - 1 > TIED for other, own in zip(pmi, apo, strict=True)]
+                larger = [a / p - 1 > TIED for p, a in zip(pmi, apo, strict=True)]
                 case = printed.LABELS[name]
-                cases = told["every frequency" if all(larger) else "some frequencies"]
+                cases = groups["every frequency" if all(larger) else "some frequencies"]
                 if any(larger) and case not in cases:
                     cases.append(case)
     return "".join(
         f"DRC-APO has the larger error at {where} of Table I against {'; '.join(cases)}. "
-        for where, cases in told.items()
+        for where, cases in groups.items()
         if cases
     )
 
@@ -158,4 +158,4 @@ def where_larger(structures: Sequence[Mapping[str, Any]]) -> str:
 def weak_gain_shares(table: Mapping[str, Any]) -> list[float]:
     """Per row, the part of the step from DRC-PMI to DRC-APO that DRC-PMI takes with L/M in place of L."""
     columns = table["ratios"][PMI], table["weak_gain"][PMI], table["ratios"][APO]
-    return [(own - weak) / (own - apo) for own, weak, apo in zip(*columns, strict=True)]
+    return [(pmi - weak) / (pmi - apo) for pmi, weak, apo in zip(*columns, strict=True)]

@@ -22,10 +22,10 @@ TIED = 1e-9
 """Errors whose ratio is this near to one are equal up to rounding."""
 
 
-def by_value(values: Mapping[str, float], **told: Any) -> Evidence:
+def by_value(values: Mapping[str, float], **fields: Any) -> Evidence:
     """A printed number; values: the number by reading, that of the claim first."""
     outcomes = tuple(Outcome(reading=reading, value=value) for reading, value in values.items())
-    return Evidence(value=outcomes[0].value, outcomes=outcomes, **told)
+    return Evidence(value=outcomes[0].value, outcomes=outcomes, **fields)
 
 
 def none_gives_the_table(results: Results) -> str:
@@ -78,26 +78,26 @@ WHERE = {Points.BETWEEN: "at all times", Points.FAST: "at fast instants", Points
 )
 def any_reading(results: Results) -> Evidence:
     """One simulation setting gives both columns of numbers of Table I, DRC-PMI and DRC-APO, percent."""
-    found = merged(results[name] for name in SEARCH)
-    columns = (found.joint[name].values for name in COLUMNS)
+    search = merged(results[name] for name in SEARCH)
+    columns = (search.joint[name].values for name in COLUMNS)
     return Evidence(
         method="the nearest of the readings searched; distance is the largest |ln(computed/printed)| of the twelve "
         "numbers",
         cross_check="planted columns are found, in the tests",
         value=tuple(tuple(100 * value for value in row) for row in zip(*columns, strict=True)),
         quantities={
-            "readings that give all twelve numbers": found.joint_hits,
-            "readings that give a whole column": sum(found.hits.values()),
-            "readings of DRC-PMI": found.tried["pmi"],
-            "readings of DRC-APO": found.tried["apo"],
-            "different to print within a structure, DRC-PMI": found.distinct["pmi"],
-            "different to print within a structure, DRC-APO": found.distinct["apo"],
-            "nearest common reading": found.joint_distance,
-            "nearest for DRC-PMI alone": found.nearest["pmi"].distance,
-            "nearest for DRC-APO alone": found.nearest["apo"].distance,
+            "readings that give all twelve numbers": search.joint_hits,
+            "readings that give a whole column": sum(search.hits.values()),
+            "readings of DRC-PMI": search.tried["pmi"],
+            "readings of DRC-APO": search.tried["apo"],
+            "different to print within a structure, DRC-PMI": search.distinct["pmi"],
+            "different to print within a structure, DRC-APO": search.distinct["apo"],
+            "nearest common reading": search.joint_distance,
+            "nearest for DRC-PMI alone": search.nearest["pmi"].distance,
+            "nearest for DRC-APO alone": search.nearest["apo"].distance,
         },
-        note=f"Nearest common reading, {nearness(found.joint)}. Nearest to one column alone, "
-        f"{nearness(found.nearest)}. {NOT_SEARCHED}",
+        note=f"Nearest common reading, {nearness(search.joint)}. Nearest to one column alone, "
+        f"{nearness(search.nearest)}. {NOT_SEARCHED}",
     )
 
 
@@ -106,15 +106,15 @@ def any_reading(results: Results) -> Evidence:
 )
 def any_window(results: Results) -> Evidence:
     """Each number of Table I, DRC-PMI and DRC-APO, percent, is the largest error over some whole slow periods."""
-    found = results["windows"]
-    cells = [cell for column in COLUMNS for cell in found[column]]
+    windows = results["windows"]
+    cells = [cell for column in COLUMNS for cell in windows[column]]
     hit = {length: sum(cell["hits"][length] > 0 for cell in cells) for length in ("long", "short")}
     return Evidence(
         method="largest errors in the lifted form over all windows of whole slow periods, from the printed x(0); of "
         "each cell the one nearest to its print",
         cross_check="the responses of the cells against a brute-force simulation of the printed algorithm, transients "
         "included",
-        value=tuple(zip(*([cell["nearest"] for cell in found[column]] for column in COLUMNS), strict=True)),
+        value=tuple(zip(*([cell["nearest"] for cell in windows[column]] for column in COLUMNS), strict=True)),
         quantities={
             "windows of half a period or more tried, over all readings and starts": float(
                 sum(cell["long"] for cell in cells)
@@ -237,11 +237,11 @@ for number, (reference, row) in enumerate(printed.DATA["table-1"].items(), 1):
             pinned="differs" if column == "apo" and number in BELOW_STEADY else "undetermined",
             says=[
                 Predicate(
-                    of=error_under(column, one, number - 1),
+                    of=error_under(column, measure, number - 1),
                     relation="is",
                     to=str(row[f"DRC-{column.upper()}"]),
-                    reading=one,
+                    reading=measure,
                 )
-                for one in printed.READ[column]
+                for measure in printed.READ[column]
             ],
         )(partial(cell, column, number - 1))

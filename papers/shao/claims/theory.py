@@ -75,7 +75,7 @@ def prediction_rate(results: Results) -> Evidence:
         "change of (6) over T less the integral of C A ζ + C B u, over T, for the printed loop at "
         f"T = {theorem['periods'][0]:g} s and the worst unit ζ, u and ȳ; ζ follows (3)"
     )
-    found = residual(method, gap["estimate"])
+    evidence = residual(method, gap["estimate"])
     departure = {
         "departure over T with ζ, 1/s": gap["estimate"],
         f"departure over T with ζ at the printed T = {DATA['period']} s, 1/s": gap["estimate, printed period"],
@@ -89,24 +89,24 @@ def prediction_rate(results: Results) -> Evidence:
         "of the estimate, which (15) drops."
     )
     check = "the same departure by many small steps in time, in the tests"
-    return replace(found, cross_check=check, quantities=departure, note=note)
+    return replace(evidence, cross_check=check, quantities=departure, note=note)
 
 
 def prediction_bound(results: Results) -> Evidence:
     """Left over right side of (15) for the scalar loop, which meets (18), and for the printed one."""
     theorem, scalar = results["theorem"], results["theorem"]["scalar"]
-    (own, own_bound), motor = theorem["scalar_gap"], theorem["gap"]["motor"]
+    (left, right), motor = theorem["scalar_gap"], theorem["gap"]["motor"]
     (worst, bound), (restarted, allowed) = motor[-1], theorem["restarted_gap"][-1]
     printed, enough = theorem["printed_gap"]
     smallest = theorem["periods"][-1]
     return positive(
-        1 - own / own_bound,
+        1 - left / right,
         method="left over right side of (15) at the first instant after a measurement, for the scalar loop of the "
         f"counter-example at T = {scalar['period']:g} s, which meets (18), from the exact "
         "y_p(t_k) − y(t_k) = −C e^{AT} ξ(t_{k−1}), V(χ(t_{k−1})) = 1 and the worst ξ",
         cross_check="the same for the printed loop",
         quantities={
-            f"left over right, scalar loop at T = {scalar['period']:g} s": own / own_bound,
+            f"left over right, scalar loop at T = {scalar['period']:g} s": left / right,
             "left side of (18), scalar loop": scalar["condition"],
             f"left over right, printed loop at T = {smallest:g} s": worst / bound,
             f"left over right, printed loop at the printed T = {DATA['period']} s": printed / enough,
@@ -117,7 +117,7 @@ def prediction_bound(results: Results) -> Evidence:
                 for T, gap in zip(theorem["periods"], motor, strict=True)
             },
         },
-        note=f"The scalar loop meets (18), and the left side of (15) is {short(own / own_bound, 3)} times the right. "
+        note=f"The scalar loop meets (18), and the left side of (15) is {short(left / right, 3)} times the right. "
         f"For the printed loop it is {short(worst / bound, 3)} times at T = {smallest:g} s, and "
         f"{short(printed / enough, 3)} times at the printed T = {DATA['period']} s; (18) holds at neither. The "
         "left side is an estimation error, which does not vanish with T; the right side does. With the restarted "

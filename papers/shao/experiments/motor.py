@@ -116,12 +116,12 @@ def on_common_plant(plant: dict[str, Any], multiples: list[int]) -> dict[str, li
 
 def _noise(model: Any, plant: dict[str, Any], observer: str, ratio: int) -> float | None:
     try:
-        found = dualrate.design(
+        result = dualrate.design(
             model, period=plant["h"], ratio=ratio, observer=observer, sensor_noise=[[plant["noise"] ** 2]]
         )
     except InfeasibleError:
         return None
-    return float(found.fact("noise to output").value)
+    return float(result.fact("noise to output").value)
 
 
 PRINTS = {

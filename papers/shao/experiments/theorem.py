@@ -105,8 +105,8 @@ def divergence(ratio: int, length: float, points: int) -> dict[str, Any]:
 
     def response(name: str, design: DualRateDesign) -> list[float]:
         loop = close_loop(design, OBSERVERS[name])
-        found = time_response(loop, [1.0], [0.0], slow_periods=fast_periods // design.ratio + 1, substeps=1)
-        return [float(x) for x in found.output[: fast_periods + 1 : step]]
+        trajectory = time_response(loop, [1.0], [0.0], slow_periods=fast_periods // design.ratio + 1, substeps=1)
+        return [float(x) for x in trajectory.output[: fast_periods + 1 : step]]
 
     longer = replace(COUNTEREXAMPLE, ratio=ratio)
     return {
@@ -129,8 +129,8 @@ def step_bounds(trials: int, seed: int) -> dict[str, Any]:
     for _ in range(trials):
         design, constants = _random_loop(rng)
         start, error = rng.normal(size=4), rng.normal(size=1)
-        found = _ratios(design, constants, start, error) | {"17": _collected(design, constants)}
-        worst = {name: max(worst[name], found[name]) for name in worst}
+        ratios = _ratios(design, constants, start, error) | {"17": _collected(design, constants)}
+        worst = {name: max(worst[name], ratios[name]) for name in worst}
     slow = DualRateDesign(
         make_plant([[1e-3]], [[1]], [[1]]), np.array([[-2e-3]]), np.array([[2e-3]]), period=2.0, ratio=2
     )

@@ -57,7 +57,7 @@ def table(simulated_periods: int) -> dict[str, Any]:
     return {
         "ratios": {name: _percent(Reading(name)) for name in OBSERVERS if radii[name] < 1},
         "readings": {
-            column: {name: _percent(one) for name, one in read.items()} for column, read in printed.READ.items()
+            column: {name: _percent(reading) for name, reading in read.items()} for column, read in printed.READ.items()
         },
         "weak_gain": {PMI: _percent(Reading(PMI), weak)},
         "slow": {name: 100 * tracking_error_ratio(literal_loop(name, LOW_FREQUENCY)) for name in (PMI, APO)},
@@ -129,11 +129,11 @@ def transients(slow_periods: int, substeps: int) -> dict[str, Any]:
 def lags(ratios: Sequence[int], frequency: float) -> dict[str, Any]:
     """Mean lag of the estimate (s) at a very slow reference against M, for the literal and the restarted observers."""
     designs = [replace(DESIGN, ratio=ratio) for ratio in ratios]
-    found = {
+    delays = {
         name: [estimation_lag(literal_loop(name, frequency, design)) for design in designs]
         for name in (PMI, HELD, APO, RESTARTED)
     }
-    return {"ratios": list(ratios), "lags": found, "period": DESIGN.period}
+    return {"ratios": list(ratios), "lags": delays, "period": DESIGN.period}
 
 
 def robustness(factors: Sequence[float]) -> dict[str, Any]:
@@ -149,12 +149,12 @@ def robustness(factors: Sequence[float]) -> dict[str, Any]:
 
 def over_plants(nominal: DualRateLoop, observer: str, plants: Sequence[Plant]) -> list[list[float | None]]:
     """[radius, percent tracking error or None without a steady state] of the nominal loop around each true plant."""
-    found: list[list[float | None]] = []
+    rows: list[list[float | None]] = []
     for plant in plants:
         loop = close_loop(nominal.design, OBSERVERS[observer], plant=plant, harmonic=reference(nominal))
         size = stability_radius(loop)
-        found.append([size, 100 * tracking_error_ratio(loop) if size < 1.0 - MARGINAL else None])
-    return found
+        rows.append([size, 100 * tracking_error_ratio(loop) if size < 1.0 - MARGINAL else None])
+    return rows
 
 
 def _percent(reading: Reading, design: DualRateDesign = DESIGN) -> list[float]:
@@ -236,13 +236,13 @@ def windows() -> dict[str, Any]:
 def _over_windows(name: str, column: Column, row: int) -> dict[str, Any]:
     frequency, target, half = FREQUENCIES[row], column.values[row], column.half_widths[row]
     tried = [*printed.READ[name].values(), *([Reading(printed.SLOW_INPUT)] if name == "pmi" else [])]
-    loops = [(READINGS.loop(one.observer, one.structure, frequency), one.points) for one in tried]
-    found = np.array([windowed_errors(READINGS, loop)[:, list(Points).index(points)] for loop, points in loops])
+    loops = [(READINGS.loop(reading.observer, reading.structure, frequency), reading.points) for reading in tried]
+    errors = np.array([windowed_errors(READINGS, loop)[:, list(Points).index(points)] for loop, points in loops])
     lasting = READINGS.design.slow_period * np.array([end - start for start, end in READINGS.windows])
     long = lasting >= np.pi / frequency
-    hit = np.abs(found - target) <= half
-    whole = found[..., long].ravel()
-    run = found[..., READINGS.windows.index((0, READINGS.horizon))]
+    hit = np.abs(errors - target) <= half
+    whole = errors[..., long].ravel()
+    run = errors[..., READINGS.windows.index((0, READINGS.horizon))]
     reached = [
         np.clip(target, steady, max(steady, largest))
         for (loop, points), starts in zip(loops, run, strict=True)

@@ -21,10 +21,10 @@ ENDS = 4.0, 15.0
 
 def counter_example(results: Results) -> FigureData:
     """x(t) of the counter-example at its own M and at a longer one, by predictor."""
-    found = results["divergence"]
-    own = {name: found["own"][name] for name in (APO, RESTARTED, FAST)}
-    longer = {f"longer_{name}": found["longer"][name] for name in (RESTARTED, FAST)}
-    return figure_data({"time_s": found["time"]} | own | longer | {"longer_ratio": [found["ratio"]]})
+    record = results["divergence"]
+    columns = {name: record["own"][name] for name in (APO, RESTARTED, FAST)}
+    longer = {f"longer_{name}": record["longer"][name] for name in (RESTARTED, FAST)}
+    return figure_data({"time_s": record["time"]} | columns | longer | {"longer_ratio": [record["ratio"]]})
 
 
 def plot_counter_example(drawn: FigureData) -> Any:
@@ -71,11 +71,11 @@ def _told_counter_example(drawn: FigureData) -> dict[str, Any]:
 
 def eigenvalues(results: Results) -> FigureData:
     """Moduli of the eigenvalues under DRC-APO, and the radii of the other loops, against T."""
-    found = results["eigenvalues"]
-    moduli = found["moduli"][APO]
-    columns = {"period_s": found["periods"]}
+    record = results["eigenvalues"]
+    moduli = record["moduli"][APO]
+    columns = {"period_s": record["periods"]}
     columns |= {f"{APO}_{rank + 1}": [row[rank] for row in moduli] for rank in range(len(moduli[0]))}
-    return figure_data(columns | {name: [row[0] for row in found["moduli"][name]] for name in (PMI, RESTARTED, FAST)})
+    return figure_data(columns | {name: [row[0] for row in record["moduli"][name]] for name in (PMI, RESTARTED, FAST)})
 
 
 LOW, TOP = 0.2, 1.4
@@ -112,30 +112,30 @@ SHORT = 0.006
 
 def _told_eigenvalues(drawn: FigureData) -> dict[str, Any]:
     """The largest moduli under DRC-APO at short periods, over all of them, and nearest to the printed one."""
-    periods, own, fast = (drawn.columns[name] for name in ("period_s", f"{APO}_1", FAST))
+    periods, apo, fast = (drawn.columns[name] for name in ("period_s", f"{APO}_1", FAST))
     nearest = min(range(len(periods)), key=lambda k: abs(periods[k] - DESIGN.period))
     return {
         "count": len(fast),
         "end": periods[-1],
-        "at_short": max(value for T, value in zip(periods, own, strict=True) if T < SHORT),
+        "at_short": max(value for T, value in zip(periods, apo, strict=True) if T < SHORT),
         "short": 1000 * SHORT,
-        "unstable": sum(value > 1.0 for value in own),
+        "unstable": sum(value > 1.0 for value in apo),
         # In how many ranges of periods, on the grid, DRC-APO is stable.
-        "ranges": sum(stable for stable, _ in groupby(modulus < 1.0 for modulus in own)),
-        "slower": sum(value > other for value, other in zip(own, fast, strict=True)),
-        "own": own[nearest],
+        "ranges": sum(stable for stable, _ in groupby(modulus < 1.0 for modulus in apo)),
+        "slower": sum(value > reference for value, reference in zip(apo, fast, strict=True)),
+        "own": apo[nearest],
         "fast": fast[nearest],
     }
 
 
 def rates(results: Results) -> FigureData:
     """Slowest rate of the counter-example against T, and its two candidate limits."""
-    found = results["rates"]
+    record = results["rates"]
     a, gain = COUNTEREXAMPLE.model.A[0, 0], (COUNTEREXAMPLE.injection @ COUNTEREXAMPLE.model.C)[0, 0]
-    ends = [found["periods"][0], found["periods"][-1]]
+    ends = [record["periods"][0], record["periods"][-1]]
     return figure_data(
-        {"period_s": found["periods"]}
-        | dict(found["rates"])
+        {"period_s": record["periods"]}
+        | dict(record["rates"])
         | {"limit_period_s": ends, "shared_gain": [a - gain / COUNTEREXAMPLE.ratio] * 2, "full_gain": [a - gain] * 2}
     )
 
@@ -148,8 +148,8 @@ def plot_rates(drawn: FigureData) -> Any:
     out_of_bounds(axis, 0.0, top, "unstable above 0")
     for name in (FAST, RESTARTED, APO):
         axis.semilogx(c["period_s"], c[name], **look(name))
-    fast, restarted, own = axis.lines
-    name_line(axis, own, "DRC-APO as printed", c["period_s"][len(c["period_s"]) // 2])
+    fast, restarted, apo = axis.lines
+    name_line(axis, apo, "DRC-APO as printed", c["period_s"][len(c["period_s"]) // 2])
     name_line(axis, restarted, NAMES[RESTARTED], 0.1, ha="right")
     name_line(axis, fast, NAMES[FAST], 0.35, side=0, ha="left")
     axis.set_xlim(right=4)

@@ -29,20 +29,20 @@ STARTS = ("from ζ(0) = 0", "from ζ(0) = (y(0), 0, 0)")
 
 def responses(sigma: str, results: Results) -> FigureData:
     """Time, reference, outputs, tracking errors; instants, estimates and estimation errors; from both starts."""
-    found = {
+    loops = {
         f"{short}{end}": results["transients"]["responses"][choice][name][sigma]
         for choice, end in FROM.items()
         for short, name in COLUMNS.items()
     }
-    first = found["pmi"]
+    first = loops["pmi"]
     columns = {
         "time_s": first["time"],
         "reference": [y - e for y, e in zip(first["output"], first["error"], strict=True)],
         "instant_s": first["instants"],
     }
-    for short in found:
+    for short in loops:
         for key in ("output", "error", "estimate", "estimation_error"):
-            columns[f"{key}_{short}"] = found[short][key]
+            columns[f"{key}_{short}"] = loops[short][key]
     return figure_data(columns)
 
 
@@ -59,9 +59,9 @@ def plot_responses(drawn: FigureData) -> Any:
             for short, loop in COLUMNS.items():
                 values, colour = c[f"{key}_{short}{end}"], look(loop)["color"]
                 axis.plot(c[time], values, color=colour, linestyle="-", linewidth=WEIGHTS[short])
-                said = NAMES[loop] if key == "output" else f"{short.upper()} {rms(values[len(values) // 2 :]):.3f}"
+                caption = NAMES[loop] if key == "output" else f"{short.upper()} {rms(values[len(values) // 2 :]):.3f}"
                 at, side = (0, "left") if short == "pmi" else (c["time_s"][-1], "right")
-                axis.text(at, 1.2 * largest, said, ha=side, va="bottom", color=colour)
+                axis.text(at, 1.2 * largest, caption, ha=side, va="bottom", color=colour)
             axis.set_ylim(-1.1 * largest, 1.9 * largest)
             heading = [start] * (row == 0) + [label if column == 0 else " "]
             name_axes(axis, "\n".join(heading), ticks=3)
@@ -90,8 +90,8 @@ LAGGING = (PMI, APO, HELD, RESTARTED)
 
 def error_curves(results: Results) -> FigureData:
     """Percent error against σ, and Table I."""
-    found = results["frequencies"]
-    columns = {"frequency_rad_s": found["frequencies"]} | {name: found["ratios"][name] for name in SWEPT}
+    record = results["frequencies"]
+    columns = {"frequency_rad_s": record["frequencies"]} | {name: record["ratios"][name] for name in SWEPT}
     columns["table_frequency_rad_s"] = printed.FREQUENCIES
     columns |= {f"literal_{short}": results["table"]["ratios"][loop] for short, loop in COLUMNS.items()}
     return figure_data(
@@ -132,7 +132,7 @@ def plot_error_curves(drawn: FigureData) -> Any:
 def _print_over_ours(drawn: FigureData, short: str) -> tuple[float, float]:
     """The least and the largest printed error of a column as a multiple of that of the literal reading."""
     pairs = zip(drawn.columns[f"table_{short}"], drawn.columns[f"literal_{short}"], strict=True)
-    factors = [print_ / own for print_, own in pairs]
+    factors = [print_ / ours for print_, ours in pairs]
     return min(factors), max(factors)
 
 
@@ -143,9 +143,9 @@ def _told_error_curves(drawn: FigureData) -> dict[str, Any]:
 
 def lag_curves(results: Results) -> FigureData:
     """Mean lag of the estimate against M, with half the hold beside it, and the slowest rate under (6) at one M."""
-    found = results["lags"]
-    halves = [ratio * found["period"] / 2 for ratio in found["ratios"]]
-    columns = {"ratio": found["ratios"]} | dict(found["lags"]) | {"half_slow_period_s": halves}
+    record = results["lags"]
+    halves = [ratio * record["period"] / 2 for ratio in record["ratios"]]
+    columns = {"ratio": record["ratios"]} | dict(record["lags"]) | {"half_slow_period_s": halves}
     return figure_data(columns | {"rate_at_printed_ratio": [1 / results["transients"]["time_constants"][APO]]})
 
 
@@ -178,11 +178,11 @@ PARAMETERS = {"inertia": "inertia J", "flux": "flux", "resistance": "resistance 
 
 def robustness_curves(results: Results) -> FigureData:
     """Percent error at σ = 1 rad/s against the factor by which a parameter of the plant is off."""
-    found = results["robustness"]
-    columns: dict[str, list[float]] = {"factor": found["factors"]}
+    record = results["robustness"]
+    columns: dict[str, list[float]] = {"factor": record["factors"]}
     for parameter in PARAMETERS:
         for name in DISTURBED:
-            columns[f"{parameter}_{name}"] = [float("inf") if e is None else e for _, e in found[parameter][name]]
+            columns[f"{parameter}_{name}"] = [float("inf") if e is None else e for _, e in record[parameter][name]]
     return figure_data(columns)
 
 

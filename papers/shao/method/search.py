@@ -65,10 +65,10 @@ def search_block(space: ReadingSpace, columns: Mapping[str, Column], index: int)
     """
     values, distances, hits = {}, {}, {}
     for name, column in columns.items():
-        found = np.stack([error_ratios(space, observer, STRUCTURES[index]) for observer in column.observers])
-        away = np.abs(np.log(found) - np.log(column.values)).max(axis=2)
-        values[name], distances[name] = found, np.nan_to_num(away, nan=np.inf)
-        hits[name] = np.any(np.all(np.abs(found - column.values) <= column.half_widths, axis=2), axis=0)
+        errors = np.stack([error_ratios(space, observer, STRUCTURES[index]) for observer in column.observers])
+        away = np.abs(np.log(errors) - np.log(column.values)).max(axis=2)
+        values[name], distances[name] = errors, np.nan_to_num(away, nan=np.inf)
+        hits[name] = np.any(np.all(np.abs(errors - column.values) <= column.half_widths, axis=2), axis=0)
 
     def near(name: str, row: int) -> Near:
         which = int(np.argmin(distances[name][:, row]))

@@ -97,8 +97,8 @@ def _problems(results: ResultsFile) -> Iterator[Problem]:
         record.id: rejudge(record, errata, readings=results.readings.get(record.paper, ())) for record in results.claims
     }
     for record in results.claims:
-        own = msgspec.structs.replace(record, judgement=derived[record.id])
-        yield from _verdict(record, same_fact(own, derived.get(record.claim.repeats)).judgement)
+        copy = msgspec.structs.replace(record, judgement=derived[record.id])
+        yield from _verdict(record, same_fact(copy, derived.get(record.claim.repeats)).judgement)
     for (sort, name), record in results.named("erratum", "figure", "experiment"):
         if record.error:
             yield Problem(f"{sort} {name}", record.error, Cause.ERROR)
@@ -109,18 +109,18 @@ def _problems(results: ResultsFile) -> Iterator[Problem]:
 
 
 def _verdict(record: ClaimRecord, derived: Judgement) -> Iterator[Problem]:
-    found = record.judgement
-    for name in type(found).__struct_fields__:
+    judgement = record.judgement
+    for name in type(judgement).__struct_fields__:
         # The reason of an error may be a failure that left no number to derive it from.
-        if name == "reason" and Verdict.ERROR in (found.verdict, derived.verdict):
+        if name == "reason" and Verdict.ERROR in (judgement.verdict, derived.verdict):
             continue
-        if (stored_value := getattr(found, name)) != (wanted_value := getattr(derived, name)):
+        if (stored_value := getattr(judgement, name)) != (wanted_value := getattr(derived, name)):
             message = f"{name} is {_show(stored_value)}, but the stored numbers give {_show(wanted_value)}"
             yield Problem(record.id, message, Cause.FORGED)
-    if found.verdict is Verdict.ERROR:
-        yield Problem(record.id, found.reason, Cause.ERROR)
+    if judgement.verdict is Verdict.ERROR:
+        yield Problem(record.id, judgement.reason, Cause.ERROR)
     elif record.unexpected:
-        message = f"{_show(found.verdict)}, pinned {_show(record.claim.expected)}: {found.reason}"
+        message = f"{_show(judgement.verdict)}, pinned {_show(record.claim.expected)}: {judgement.reason}"
         yield Problem(record.id, message, Cause.CHANGED_VERDICT)
 
 
@@ -128,9 +128,9 @@ def unsupported(results: ResultsFile) -> Iterator[Problem]:
     """Claims whose bracket, or mark, is not what the certificates of the file prove; those that prove nothing."""
     for claim in results.claims:
         supporting = [entry for entry in results.certificates if claim.id in entry.claims]
-        paths, found = tuple(entry.path for entry in supporting), claim.evidence.certificates
-        if found != paths:
-            message = f"certificates is {found!r}, but those of the file that name it are {paths!r}"
+        paths, certificates = tuple(entry.path for entry in supporting), claim.evidence.certificates
+        if certificates != paths:
+            message = f"certificates is {certificates!r}, but those of the file that name it are {paths!r}"
             yield Problem(claim.id, message, Cause.FORGED)
         elif claim.evidence.method and (difference := _difference(claim, supporting)):
             yield Problem(claim.id, difference, Cause.FORGED)
@@ -147,22 +147,22 @@ def _difference(record: ClaimRecord, supporting: Sequence[CertificateRecord]) ->
         return str(error)
     if joined != record.evidence:
         return "the bracket is not the one that its certificates prove"
-    found = record.judgement
-    if found.proved != proved:
-        return f"proved is {found.proved}, but its certificates say otherwise"
-    return "" if found.supported == supported else "what its certificates do not say is told otherwise"
+    judgement = record.judgement
+    if judgement.proved != proved:
+        return f"proved is {judgement.proved}, but its certificates say otherwise"
+    return "" if judgement.supported == supported else "what its certificates do not say is told otherwise"
 
 
 def against_files(results: ResultsFile, root: Path) -> Iterator[Problem]:
     """Certificates of the file that are not the ones wanted, or not the ones that lie below `root`."""
     listed, reasons = wanted(root, [paper.key for paper in results.papers])
-    there = {entry.path: entry for entry in listed}
+    entries = {entry.path: entry for entry in listed}
     stored = {entry.path: entry for entry in results.certificates}
-    for path in sorted(there.keys() ^ stored.keys()):
-        where = "wanted and not in the file" if path in there else "in the file, not wanted"
+    for path in sorted(entries.keys() ^ stored.keys()):
+        where = "wanted and not in the file" if path in entries else "in the file, not wanted"
         yield Problem(path, f"the certificate is {where}", Cause.CERTIFICATE)
-    for path in sorted(there.keys() & stored.keys()):
-        entry, record = there[path], stored[path]
+    for path in sorted(entries.keys() & stored.keys()):
+        entry, record = entries[path], stored[path]
         if sha256(root / path, "missing") != record.sha256:
             yield Problem(path, "the file is not the one that was verified; run the audit again", Cause.CERTIFICATE)
         if (entry.claims, entry.statement) != (record.claims, record.statement):
@@ -183,23 +183,23 @@ def _against_code(results: ResultsFile, papers: Sequence[Paper]) -> Iterator[Pro
         for sort, name in sorted(names):
             yield Problem(name, f"the {sort} is {message}", Cause.SET)
     for key, fields in code.items():
-        for field, said in fields.items():
-            if key in records and (found := getattr(records[key], field)) != said:
-                message = f"{field} is {_show(found)} in the file and {_show(said)} in the code"
+        for field, value in fields.items():
+            if key in records and (entry := getattr(records[key], field)) != value:
+                message = f"{field} is {_show(entry)} in the file and {_show(value)} in the code"
                 yield Problem(key[1], message, Cause.TEXT)
 
 
 def stated(papers: Sequence[Paper]) -> dict[Name, dict[str, Any]]:
     """The fields that the code states, by record; the errors of `encode` and `function_name` are those of a run."""
-    made: dict[Name, dict[str, Any]] = {}
+    fields: dict[Name, dict[str, Any]] = {}
     for paper in papers:
         key = {"paper": paper.key}
-        made["paper", paper.key] = shared(PaperRecord, paper)
-        made |= {("claim", claim.id): shared(StatedClaim, claim) for claim in paper.claims}
-        made |= {("erratum", erratum.id): shared(ErratumRecord, erratum) | key for erratum in paper.errata}
-        made |= {("figure", figure.name): shared(FigureRecord, figure) | key for figure in paper.figures}
-        made |= {("experiment", experiment.name): _experiment(experiment) | key for experiment in paper.experiments}
-    return made
+        fields["paper", paper.key] = shared(PaperRecord, paper)
+        fields |= {("claim", claim.id): shared(StatedClaim, claim) for claim in paper.claims}
+        fields |= {("erratum", erratum.id): shared(ErratumRecord, erratum) | key for erratum in paper.errata}
+        fields |= {("figure", figure.name): shared(FigureRecord, figure) | key for figure in paper.figures}
+        fields |= {("experiment", experiment.name): _experiment(experiment) | key for experiment in paper.experiments}
+    return fields
 
 
 def _stored(results: ResultsFile) -> list[tuple[Name, Any]]:
@@ -270,12 +270,12 @@ def unfounded(results: ResultsFile, again: Outcome) -> str:
 def _here(results: ResultsFile, again: Outcome) -> bool:
     """Whether the file was made in this environment: so it says, or one of its keys."""
     keys = {record.key for record in again.results.experiments}
-    return not list(_environment(results.run, again.environment)) or any(one.key in keys for one in results.experiments)
+    return not list(_environment(results.run, again.environment)) or any(row.key in keys for row in results.experiments)
 
 
 def _environment(run: RunRecord, here: Environment) -> Iterator[Problem]:
     """What a run says of its environment and is not so here."""
-    said: dict[str, tuple[Any, Any]] = {
+    pairs: dict[str, tuple[Any, Any]] = {
         "package_version": (run.package_version, replication.__version__),
         "lock_sha256": (run.lock_sha256, here.lock_sha256),
         "python": (python_minor(run.python), here.python),
@@ -283,18 +283,18 @@ def _environment(run: RunRecord, here: Environment) -> Iterator[Problem]:
         "blas": (here.kernel in run.blas, True),
         "threads": (run.threads, THREADS),
     }
-    for name, (stored, found) in said.items():
-        if stored != found:
+    for name, (stored, value) in pairs.items():
+        if stored != value:
             yield Problem(f"run.{name}", f"{getattr(run, name)!r} is not of the environment that the keys are of")
 
 
 def _unknown(results: ResultsFile, again: Outcome) -> set[str]:
     """The papers of which something is not kept, or kept of another run: what is measured in seconds differs then."""
     seconds = {record.name: record.seconds for record in again.results.experiments}
-    found = {record.paper for record in results.experiments if seconds.get(record.name) != record.seconds}
+    papers = {record.paper for record in results.experiments if seconds.get(record.name) != record.seconds}
     absent = _absent(again)
-    found |= {record.paper for record in again.results.experiments if record.name in absent}
-    return found | {record.paper for record in results.figures if record.name in absent}
+    papers |= {record.paper for record in again.results.experiments if record.name in absent}
+    return papers | {record.paper for record in results.figures if record.name in absent}
 
 
 def _absent(again: Outcome) -> set[str]:
@@ -303,6 +303,6 @@ def _absent(again: Outcome) -> set[str]:
     return failed | {name for name, drawn in again.drawn.items() if drawn is None}
 
 
-def _changed(where: str, stored: Any, found: Any) -> Iterator[Problem]:
-    for path, one, other in unlike(msgspec.to_builtins(stored), msgspec.to_builtins(found)):
-        yield Problem(where, f"{path} is {one!r}, and the kept results give {other!r}")
+def _changed(where: str, stored: Any, result: Any) -> Iterator[Problem]:
+    for path, first, second in unlike(msgspec.to_builtins(stored), msgspec.to_builtins(result)):
+        yield Problem(where, f"{path} is {first!r}, and the kept results give {second!r}")

@@ -75,7 +75,7 @@ def compare(old: ResultsFile, new: ResultsFile) -> list[Change]:
     for name in before.keys() | after.keys():
         first, second = (known.get(name) for known in claims)
         pairs = [pair for pair in unlike(before.get(name, {}), after.get(name, {})) if pair[0] != "code"]
-        fields = tuple(FieldChange(field=field, old=one, new=other) for field, one, other in pairs)
+        fields = tuple(FieldChange(field=field, old=left, new=right) for field, left, right in pairs)
         if not fields:
             continue
         causes: tuple[Cause, ...] = ()
@@ -90,8 +90,8 @@ def compare(old: ResultsFile, new: ResultsFile) -> list[Change]:
 
 def _records(results: ResultsFile) -> dict[str, dict[str, Any]]:
     others = results.named("paper", "erratum", "figure", "certificate")
-    found = {f"{sort} {name}": msgspec.to_builtins(record) for (sort, name), record in others}
-    return {record.id: _compared(record) for record in results.claims} | found
+    records = {f"{sort} {name}": msgspec.to_builtins(record) for (sort, name), record in others}
+    return {record.id: _compared(record) for record in results.claims} | records
 
 
 def _cut(value: Any) -> str:

@@ -55,12 +55,12 @@ def controls(results: ResultsFile, targets: Mapping[str, Target]) -> tuple[Contr
         Control(
             altered=altered,
             expected=EXPECTED[altered],
-            tried=len(found),
-            caught=found.count(None),
-            missed=tuple({claim.id: claim for claim in found if claim is not None}.values()),
+            tried=len(outcomes),
+            caught=outcomes.count(None),
+            missed=tuple({claim.id: claim for claim in outcomes if claim is not None}.values()),
         )
-        for altered, found in tried.items()
-        if found
+        for altered, outcomes in tried.items()
+        if outcomes
     )
 
 
@@ -121,7 +121,7 @@ def moved(printed: Printed) -> Iterator[str]:
         begin = text.index(digits, begin)
         end = begin + len(digits)
         unit = Decimal(entry.unit.numerator) / entry.unit.denominator
-        for other in (Decimal(digits) + unit, Decimal(digits) - unit):
-            if other >= 0:
-                yield text[:begin] + format(other, "f") + text[end:]
+        for number in (Decimal(digits) + unit, Decimal(digits) - unit):
+            if number >= 0:
+                yield text[:begin] + format(number, "f") + text[end:]
         begin = end

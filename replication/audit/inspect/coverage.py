@@ -60,11 +60,11 @@ def read_coverage(path: Path) -> dict[str, Text]:
 def tallied(name: str, text: Text) -> Iterator[Coverage]:
     """How much of a text is bound, excused and open: of its numerals, then of its numbered items."""
     for what in ("numerals", "items"):
-        found: Counter[str] = Counter()
+        sums: Counter[str] = Counter()
         for row in (row for _, of, row in text.rows if of == what):
-            found[_state(row)] += len(_integers(row[0]) if what == "items" else NUMERAL.findall(row[0]))
-        counts = {state: found[state] for state in ("bound", "excused", "open")}
-        yield Coverage(text=name, of=what, total=sum(counts.values()), aside=found["aside"], **counts)
+            sums[_state(row)] += len(_integers(row[0]) if what == "items" else NUMERAL.findall(row[0]))
+        counts = {state: sums[state] for state in ("bound", "excused", "open")}
+        yield Coverage(text=name, of=what, total=sum(counts.values()), aside=sums["aside"], **counts)
 
 
 def _state(row: Row) -> str:
@@ -83,12 +83,12 @@ def still_open(text: Text) -> Iterator[str]:
 
 def excuses(text: Text) -> Counter[str]:
     """How many numerals are excused or left aside, by reason; those of a part that is left out under its name."""
-    found: Counter[str] = Counter()
+    counts: Counter[str] = Counter()
     for _, what, row in text.rows:
         kind, _, name = row[-1].partition(":")
         if what == "numerals" and kind in ("excused", "scope"):
-            found[name] += len(NUMERAL.findall(row[0]))
-    return found
+            counts[name] += len(NUMERAL.findall(row[0]))
+    return counts
 
 
 def problems(texts: Mapping[str, Text], paper: Paper, printed: Mapping[str, Any]) -> Iterator[str]:
@@ -117,11 +117,11 @@ def _incomplete(text: Text) -> Iterator[str]:
     items: dict[str, Counter[int]] = {kind: Counter() for kind in text.numbered}
     for row in (row for _, what, row in text.rows if what == "items"):
         items.setdefault(row[0].split()[0], Counter()).update(_integers(row[0]))
-    for kind, found in items.items():
-        wanted = Counter(_integers(text.numbered.get(kind, "")))
-        for number in sorted(set(found) | set(wanted)):
-            if found[number] != 1 or not wanted[number]:
-                yield f"{kind} {number} is listed {found[number]} times, and the text has {wanted[number]}"
+    for kind, counts in items.items():
+        numbers = Counter(_integers(text.numbered.get(kind, "")))
+        for number in sorted(set(counts) | set(numbers)):
+            if counts[number] != 1 or not numbers[number]:
+                yield f"{kind} {number} is listed {counts[number]} times, and the text has {numbers[number]}"
 
 
 def _unbound(texts: Mapping[str, Text], paper: Paper, printed: Mapping[str, Any]) -> Iterator[str]:
@@ -185,10 +185,10 @@ class _Bindings:
         if kind == "excused" and name not in known:
             raise AuditError(f"unknown excused {name!r}; there are {', '.join(known)}")
         if kind in ("data", "size"):
-            found: Any = self.printed
+            value: Any = self.printed
             for part in name.split("."):
-                found = found[one_of("name in printed.toml", part, found if isinstance(found, Mapping) else ())]
-            text = " ".join(_strings(found) if kind == "data" else map(str, _size(found)))
+                value = value[one_of("name in printed.toml", part, value if isinstance(value, Mapping) else ())]
+            text = " ".join(_strings(value) if kind == "data" else map(str, _size(value)))
             _require_in(f"{kind} {name}", text, numerals)
         elif one_of(kind, name, known) in self.claims and kind == "claim" and _signed(self.claims[name]):
             _require_in(f"the print of claim {name}", self.claims[name], numerals)

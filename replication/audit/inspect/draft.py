@@ -100,79 +100,79 @@ class _Draft:
 
 def draft(text: str, *, tex: bool) -> tuple[str, str]:
     """The texts of printed.toml and coverage.toml that are proposed for a text; tex: whether it is LaTeX."""
-    found = _Draft(tex, excused="furniture" if tex and r"\begin{document}" in text else "")
-    found.enter("Title", 1)
+    state = _Draft(tex, excused="furniture" if tex and r"\begin{document}" in text else "")
+    state.enter("Title", 1)
     for number, line in enumerate(text.split("\n"), 1):
-        (_tex if tex else _plain)(found, line, number)
-        unit = found.units[-1]
-        unit.rows.extend(_rows(found, unit, line, number))
+        (_tex if tex else _plain)(state, line, number)
+        unit = state.units[-1]
+        unit.rows.extend(_rows(state, unit, line, number))
         unit.last = number
         if tex and r"\begin{document}" in line:
-            found.excused = ""
+            state.excused = ""
         if tex and re.search(r"\\end\{(?:table|figure|equation|align)\*?\}", line):
-            found.header = ()
-            found.enter(found.section, number + 1)
-    return _texts(found, len(NUMERAL.findall(text)))
+            state.header = ()
+            state.enter(state.section, number + 1)
+    return _texts(state, len(NUMERAL.findall(text)))
 
 
-def _plain(found: _Draft, line: str, number: int) -> None:
+def _plain(state: _Draft, line: str, number: int) -> None:
     """Enter the section or table that begins at this line of a text."""
     if _BIBLIOGRAPHY.match(line):
-        found.excused = "bibliography"
-        found.enter("References", number)
+        state.excused = "bibliography"
+        state.enter("References", number)
     elif (caption := _CAPTION.match(line)) is not None:
         kind = "table" if caption[1][0:1].upper() == "T" else "figure"
         item = f"{kind} {caption[2]}"
-        found.counted[item] += 1
-        found.enter(item.capitalize(), number, item if found.counted[item] == 1 else "")
+        state.counted[item] += 1
+        state.enter(item.capitalize(), number, item if state.counted[item] == 1 else "")
     elif (heading := _HEADING.match(line)) is not None:
-        found.section = f"Sec. {heading[1] or heading[2]}"
-        found.enter(found.section, number)
-    elif not line.strip() and found.units[-1].place.startswith(("Table", "Figure")):
-        found.enter(found.section, number)
+        state.section = f"Sec. {heading[1] or heading[2]}"
+        state.enter(state.section, number)
+    elif not line.strip() and state.units[-1].place.startswith(("Table", "Figure")):
+        state.enter(state.section, number)
 
 
-def _tex(found: _Draft, line: str, number: int) -> None:
+def _tex(state: _Draft, line: str, number: int) -> None:
     """The same of LaTeX, which numbers by itself."""
     if _BIBLIOGRAPHY.search(line):
-        found.excused = "bibliography"
-        found.enter("References", number)
+        state.excused = "bibliography"
+        state.enter("References", number)
     elif (section := re.search(r"\\(sub)*section\s*\{", line)) is not None:
         depth = section[0].count("sub")
-        found.counted[f"depth {depth}"] += 1
+        state.counted[f"depth {depth}"] += 1
         for deeper in range(depth + 1, 4):
-            found.counted[f"depth {deeper}"] = 0
-        found.section = "Sec. " + ".".join(str(found.counted[f"depth {k}"]) for k in range(depth + 1))
-        found.enter(found.section, number)
+            state.counted[f"depth {deeper}"] = 0
+        state.section = "Sec. " + ".".join(str(state.counted[f"depth {k}"]) for k in range(depth + 1))
+        state.enter(state.section, number)
     elif (block := re.search(r"\\begin\{(table|figure|equation|align)\*?\}", line)) is not None:
         kind = {"align": "equation"}.get(block[1], block[1])
-        found.counted[kind] += 1
-        place = f"Eq. ({found.counted[kind]})" if kind == "equation" else f"{kind.capitalize()} {found.counted[kind]}"
-        found.header, found.row = (), 0
-        found.enter(place, number, f"{kind} {found.counted[kind]}")
+        state.counted[kind] += 1
+        place = f"Eq. ({state.counted[kind]})" if kind == "equation" else f"{kind.capitalize()} {state.counted[kind]}"
+        state.header, state.row = (), 0
+        state.enter(place, number, f"{kind} {state.counted[kind]}")
 
 
-def _rows(found: _Draft, unit: _Unit, line: str, number: int) -> Iterator[tuple[str, str]]:
+def _rows(state: _Draft, unit: _Unit, line: str, number: int) -> Iterator[tuple[str, str]]:
     """What is listed of a line: each print, and what it is bound to."""
-    comment = re.search(r"(?<!\\)%", line) if found.tex else None
+    comment = re.search(r"(?<!\\)%", line) if state.tex else None
     ends = comment.start() if comment else len(line)
-    cells = _cells(found, unit, line)
-    done = 0
+    cells = _cells(state, unit, line)
+    position = 0
     for numeral in NUMERAL.finditer(line):
-        if numeral.start() < done:
+        if numeral.start() < position:
             continue
         span = _print(line, numeral)
-        reason = "furniture" if numeral.start() >= ends else found.excused or _reason(found, line, numeral)
+        reason = "furniture" if numeral.start() >= ends else state.excused or _reason(state, line, numeral)
         name = next((name for start, end, name in cells if start <= numeral.start() < end), "")
         if reason:
             yield numeral[0], f"excused:{reason}"
             continue
         text = line[slice(*span)]
         if name or _FACT.search(text):
-            done = span[1]
+            position = span[1]
             where = f"{unit.place}, {name.replace('.', ', ')}" if name else f"{unit.place}, line {number}"
             key = re.sub(r"[^a-z0-9]+", "-", unit.place.lower()).strip("-")
-            yield text, f"data:{found.value(f'{key}.{name}' if name else f'{key}-line-{number}', where, text)}"
+            yield text, f"data:{state.value(f'{key}.{name}' if name else f'{key}-line-{number}', where, text)}"
         else:
             yield numeral[0], f"open: line {number}"
 
@@ -189,35 +189,35 @@ def _print(line: str, numeral: re.Match[str]) -> tuple[int, int]:
 
 def _readable(line: str, numeral: re.Match[str], span: re.Match[str]) -> bool:
     """Whether a print begins with the numeral, cuts none in two, and is one that the judge reads."""
-    inside = [one.span() for one in NUMERAL.finditer(line) if one.end() > span.start() and one.start() < span.end()]
+    inside = [run.span() for run in NUMERAL.finditer(line) if run.end() > span.start() and run.start() < span.end()]
     whole = inside[0] == numeral.span() and inside[-1][1] <= span.end()
-    same = NUMERAL.findall(span[0]) == [line[slice(*one)] for one in inside]
+    same = NUMERAL.findall(span[0]) == [line[slice(*part)] for part in inside]
     return whole and same and is_print(span[0])
 
 
-def _reason(found: _Draft, line: str, numeral: re.Match[str]) -> str:
+def _reason(state: _Draft, line: str, numeral: re.Match[str]) -> str:
     """Why a number states no fact; empty if it may state one."""
     before = line[: numeral.start()]
-    if not found.tex and (_HEADING.match(line) or _CAPTION.match(line)) and not NUMERAL.search(before):
+    if not state.tex and (_HEADING.match(line) or _CAPTION.match(line)) and not NUMERAL.search(before):
         return "label"
     if any(cited.start() < numeral.start() < cited.end() for cited in _CITED.finditer(line)):
         return "citation"
     return next((reason for reason, form in _BEFORE if form.search(before)), "")
 
 
-def _cells(found: _Draft, unit: _Unit, line: str) -> list[tuple[int, int, str]]:
+def _cells(state: _Draft, unit: _Unit, line: str) -> list[tuple[int, int, str]]:
     """The cells of a line of a LaTeX table, each with `row.column` by its first cell and the first line."""
-    if not (found.tex and unit.place.startswith("Table") and "&" in line):
+    if not (state.tex and unit.place.startswith("Table") and "&" in line):
         return []
     bounds = [-1, *(mark.start() for mark in re.finditer(r"(?<!\\)&", line)), len(line)]
     spans = [(start + 1, end) for start, end in pairwise(bounds)]
     texts = [_slug(line[slice(*span)]) for span in spans]
-    if not found.header:
-        found.header = texts
+    if not state.header:
+        state.header = texts
         return []
-    found.row += 1
-    columns = [*found.header, *(f"column-{k}" for k in range(len(found.header), len(spans)))]
-    row = texts[0] if re.search("[a-z]", texts[0]) else f"row-{found.row}"
+    state.row += 1
+    columns = [*state.header, *(f"column-{k}" for k in range(len(state.header), len(spans)))]
+    row = texts[0] if re.search("[a-z]", texts[0]) else f"row-{state.row}"
     return [
         (*span, f"{row}.{columns[k] or f'column-{k}'}") for k, span in enumerate(spans) if k or row.startswith("row-")
     ]
@@ -228,18 +228,18 @@ def _slug(text: str) -> str:
     return "-".join(re.findall("[a-z0-9]+", words.lower()))
 
 
-def _texts(found: _Draft, runs: int) -> tuple[str, str]:
+def _texts(state: _Draft, runs: int) -> tuple[str, str]:
     groups: dict[str, dict[str, tuple[str, str]]] = {}
-    for name, value in found.values.items():
+    for name, value in state.values.items():
         group, _, rest = name.partition(".")
         groups.setdefault(group, {})[rest] = value
     numbers: dict[str, list[str]] = {}
-    for kind, number in (item.split()[:2] for unit in found.units for item in unit.items):
+    for kind, number in (item.split()[:2] for unit in state.units for item in unit.items):
         numbers.setdefault(kind, []).append(number)
     templates = plain_templates(Path(scaffold.__file__).parent)
     templates.filters["quoted"] = partial(json.dumps, ensure_ascii=False)
-    given = {"groups": groups, "numbers": numbers, "units": found.units, "runs": runs}
-    printed, coverage = (templates.get_template(f"{name}.j2").render(given) + "\n" for name in FILES)
+    fields = {"groups": groups, "numbers": numbers, "units": state.units, "runs": runs}
+    printed, coverage = (templates.get_template(f"{name}.j2").render(fields) + "\n" for name in FILES)
     return printed, coverage
 
 
@@ -249,10 +249,10 @@ def write_draft(path: Path, folder: Path) -> list[Path]:
     if not NUMERAL.search(text):
         raise InvalidInputError(f"{path} holds no number, and so nothing to list; is it the text of the paper?")
     paths = [folder / name for name in FILES]
-    for there in paths:
-        if there.exists():
-            raise InvalidInputError(f"{there} exists; move what you take from it into place, and remove it first")
+    for target in paths:
+        if target.exists():
+            raise InvalidInputError(f"{target} exists; move what you take from it into place, and remove it first")
     texts = draft(text, tex=path.suffix == ".tex" or r"\begin{document}" in text)
-    for there, content in zip(paths, texts, strict=True):
-        write_atomically(there, content.encode())
+    for target, content in zip(paths, texts, strict=True):
+        write_atomically(target, content.encode())
     return paths

@@ -47,8 +47,8 @@ def has_spread(claim: ClaimRecord) -> bool:
 
 def counts(claims: Iterable[ClaimRecord]) -> dict[Verdict, int]:
     """How many claims have each verdict, in the order of `Verdict`, repeats aside; zeros included."""
-    found = Counter(claim.verdict for claim in once(claims))
-    return {verdict: found[verdict] for verdict in Verdict}
+    numbers = Counter(claim.verdict for claim in once(claims))
+    return {verdict: numbers[verdict] for verdict in Verdict}
 
 
 GROUPS = {
@@ -142,12 +142,12 @@ def sentence(claims: Sequence[ClaimRecord]) -> str:
     """The verdict on all claims in words, computed from them; a number that a text repeats counts once."""
     counted, groups = once(claims), []
     for verdict, number in counts(counted).items():
-        own = [claim for claim in counted if claim.verdict is verdict]
-        timed = sum(claim.timed for claim in own) if verdict is Verdict.UNDETERMINED else 0
-        found = Counter(map(basis, own))
-        groups += [(verdict, number, timed, [(kind, found[kind]) for kind in Basis if found[kind]])] * bool(number)
-    said = _SENTENCES.sentence(len(counted), groups, sum(claim.unexpected for claim in claims))
-    return f"{said} {theorems(counted)}".strip()
+        group = [claim for claim in counted if claim.verdict is verdict]
+        timed = sum(claim.timed for claim in group) if verdict is Verdict.UNDETERMINED else 0
+        kinds = Counter(map(basis, group))
+        groups += [(verdict, number, timed, [(kind, kinds[kind]) for kind in Basis if kinds[kind]])] * bool(number)
+    text = _SENTENCES.sentence(len(counted), groups, sum(claim.unexpected for claim in claims))
+    return f"{text} {theorems(counted)}".strip()
 
 
 def theorems(claims: Iterable[ClaimRecord]) -> str:
@@ -162,7 +162,7 @@ def theorems(claims: Iterable[ClaimRecord]) -> str:
 def caveats(claims: Sequence[ClaimRecord], errata: Iterable[ErratumRecord]) -> dict[str, int]:
     """What the counts of verdicts do not say by themselves, in words: of how many claims it is true."""
     inferred = {erratum.id for erratum in errata if erratum.inference}
-    found = {
+    cases = {
         "compatible by an erratum that is an inference, not a proof": (
             c.verdict is Verdict.COMPATIBLE and c.claim.erratum in inferred for c in claims
         ),
@@ -176,7 +176,7 @@ def caveats(claims: Sequence[ClaimRecord], errata: Iterable[ErratumRecord]) -> d
             not (c.evidence.cross_check or c.judgement.proved) for c in claims
         ),
     }
-    return {words: sum(true) for words, true in found.items()}
+    return {words: sum(true) for words, true in cases.items()}
 
 
 SIGN = "−1"
@@ -203,11 +203,11 @@ def notes(
     """
     bare = [claim for claim in results.claims if not (claim.claim.uses or claim.judgement.proved)]
     stated = [claim for claim in bare if claim.evidence.value is None and claim.evidence.holds is not None]
-    pairs = [(claim, one) for paper in papers for claim in paper.claims for one in paper.experiments]
+    pairs = [(claim, experiment) for paper in papers for claim in paper.claims for experiment in paper.experiments]
     judged = [claim for claim in results.claims if claim.verdict not in (Verdict.UNDETERMINED, Verdict.ERROR)]
-    untraced = [one for one in results.experiments if one.untraced]
-    loose = [(f"{', '.join(one.untraced)} ({one.name})", bool(one.line)) for one in untraced]
-    told = {
+    untraced = [record for record in results.experiments if record.untraced]
+    loose = [(f"{', '.join(record.untraced)} ({record.name})", bool(record.line)) for record in untraced]
+    lists = {
         "no claim, erratum, figure or finding uses ": unused,
         "not as locked: ": results.run.unlocked,
         "a number that rests on no experiment: ": [claim.id for claim in bare if claim.evidence.value is not None],
@@ -218,16 +218,16 @@ def notes(
             erratum.id for erratum in results.errata if not (erratum.holds or erratum.error)
         ],
         "the print is an input of what the number rests on, so look whether it only comes back: ": [
-            claim.id for claim, one in pairs if one.name in claim.uses and one.is_given(claim)
+            claim.id for claim, experiment in pairs if experiment.name in claim.uses and experiment.is_given(claim)
         ],
         "neither a check by a second method nor a proof: ": [
             claim.id for claim in judged if not (claim.evidence.cross_check or claim.judgement.proved)
         ],
     }
-    yield from (f"{words}{listed(names)}" for words, names in told.items() if names)
+    yield from (f"{words}{listed(names)}" for words, names in lists.items() if names)
     for claim in results.claims:
-        if said := contradiction(claim):
-            yield f"{claim.id}: the check by a second method says {said}, which is not what was computed; look at both"
+        if text := contradiction(claim):
+            yield f"{claim.id}: the check by a second method says {text}, which is not what was computed; look at both"
         if claim.verdict is Verdict.DIFFERS and (words := factor(claim)):
             cause = "a sign lost" if words == SIGN else "another unit, or a decimal comma"
             yield f"{claim.id}: the computed number is {words} times the print; {cause}?"
@@ -246,10 +246,10 @@ def contradiction(claim: ClaimRecord) -> str:
     """The numbers of the second method, if some are of the size of what was computed and none is `NEAR` to it."""
     computed = [] if claim.evidence.value is None else [abs(number) for number in flat(claim.evidence.value) if number]
     unit = max((float(Fraction(high) - Fraction(low)) for low, high in claim.judgement.intervals), default=0.0)
-    said = [float(number.replace(",", "")) for number in numbers_in(claim.evidence.cross_check)]
-    alike = [one for one in said if any(0.1 < one / number < 10 for number in computed)]
-    agree = any(abs(one - number) <= max(unit, NEAR * number) for one in alike for number in computed)
-    return "" if agree else " and ".join(f"{one:g}" for one in alike)
+    numbers = [float(number.replace(",", "")) for number in numbers_in(claim.evidence.cross_check)]
+    alike = [value for value in numbers if any(0.1 < value / number < 10 for number in computed)]
+    agree = any(abs(value - number) <= max(unit, NEAR * number) for value in alike for number in computed)
+    return "" if agree else " and ".join(f"{value:g}" for value in alike)
 
 
 def factor(claim: ClaimRecord) -> str:

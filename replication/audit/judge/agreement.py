@@ -93,8 +93,8 @@ Each in words, how many of several entries lie so, and the verdict.
 
 def _positive(tolerance: str) -> Fraction:
     with contextlib.suppress(AuditError):
-        if (found := decimal_fraction(tolerance)) > 0:
-            return found
+        if (number := decimal_fraction(tolerance)) > 0:
+            return number
     raise AuditError(f'the tolerance must be a positive number, such as "0.005", got {tolerance!r}')
 
 
@@ -189,9 +189,9 @@ class Measured:
 
         def near(number: End) -> End:
             reach = [(end, accuracy * abs(end)) for end in ends]
-            found = (end for end, by in reach if number == float(end) or end - by <= number <= end + by)
+            matches = (end for end, by in reach if number == float(end) or end - by <= number <= end + by)
             printed = self.interval is not None and number == float(self.entry.value)
-            return number if printed else next(found, number)
+            return number if printed else next(matches, number)
 
         bracket = Interval(near(self.bracket.low), near(self.bracket.high))
         return replace(self, value=Fraction(near(self.value)), bracket=bracket)
@@ -213,11 +213,11 @@ def judge_value(target: Target, evidence: Evidence) -> Judgement:
         raise AuditError(f"printed value {target.printed.text!r} is a relation; a claim of kind bound compares those")
     measured = measure(target, evidence)
     lies = [number.bracket.within(interval) for number, interval in zip(measured, target.intervals, strict=True)]
-    decisive = next(one for one in LIES if one in lies)
-    found = [index for index, one in enumerate(lies) if one is decisive]
-    index = max(found, key=lambda i: abs(measured[i].deviation))
+    decisive = next(answer for answer in LIES if answer in lies)
+    indices = [index for index, answer in enumerate(lies) if answer is decisive]
+    index = max(indices, key=lambda i: abs(measured[i].deviation))
     words, counted, verdict = LIES[decisive]
-    count = counted.format(found=len(found), all=len(measured)) if len(measured) > 1 else ""
+    count = counted.format(found=len(indices), all=len(measured)) if len(measured) > 1 else ""
     worst = max(measured, key=lambda number: abs(number.deviation))
     exact = all(number.bracket.low == number.bracket.high == number.entry.value for number in measured)
     reason = f"{count}{_against(measured[index], target.intervals[index].ends, words)}"
@@ -302,8 +302,8 @@ def measure(target: Target, evidence: Evidence) -> tuple[Measured, ...]:
         bracket = Interval(low, high) if has_bracket else Interval(value, value)
         number = Measured(entry, label, interval, value, bracket, has_bracket)
         if not low <= value <= high:
-            own = number.describe(value)
-            raise AuditError(f"{own} does not hold its own value {float(value)!r}; one of the two is wrong")
+            text = number.describe(value)
+            raise AuditError(f"{text} does not hold its own value {float(value)!r}; one of the two is wrong")
         if entry.absolute:
             number = replace(number, value=abs(value), bracket=bracket.size())
         # What is printed as less than 0.3 is so to the last bit, and 0.3 itself is not.
@@ -323,7 +323,7 @@ def _against(number: Measured, ends: tuple[Fraction, Fraction], words: str) -> s
     half = Fraction(1, 2)
     negligible = abs(number.deviation) < Fraction(str(numerals.NEGLIGIBLE))
     deviation = "0" if negligible else numerals.digits(number.deviation, -half, half, least=3)
-    interval = f"[{', '.join(numerals.end(one, number.value) for one in ends)}]"
+    interval = f"[{', '.join(numerals.end(end, number.value) for end in ends)}]"
     return (
         f"{number.describe(*ends)} {words} {interval}, the range of the printed {number.entry.text}"
         f" (deviation in units of its last place: {deviation})"

@@ -90,7 +90,7 @@ def with_spread(body: str) -> tuple[str, Decimal, Decimal, tuple[str, ...]] | No
     if (limits := _LIMITS.fullmatch(body)) is not None:
         below, above = Decimal(limits[1]) - Decimal(limits[3]), Decimal(limits[4]) - Decimal(limits[1])
         return limits[1], below, above, (limits[3], limits[4])
-    plain = _THOUSANDS.sub(lambda found: found[0].replace(",", ""), body)
+    plain = _THOUSANDS.sub(lambda match: match[0].replace(",", ""), body)
     if plain == body and "." not in body:
         plain = _COMMA.sub(".", body)
     return None if plain == body or _COMMA.search(plain) else with_spread(plain)

@@ -86,11 +86,11 @@ def with_inputs(claim: StatedClaim, target: Target, evidence: Evidence, judgemen
     ranged = judge(target, Evidence(method="", value=evidence.value, lower=over.lower, upper=over.upper))
     if judgement.verdict is not Verdict.DIFFERS:
         return judgement
-    said = f"Over all inputs that round to their prints ({over.how}): {ranged.reason}"
+    sentence = f"Over all inputs that round to their prints ({over.how}): {ranged.reason}"
     if ranged.verdict is Verdict.DIFFERS:
-        return judgement.further(said, policies=[Policy.INPUTS])
-    said += " So the rounding of the inputs may explain the print."
-    return judgement.further(said, verdict=Verdict.COMPATIBLE, policies=[Policy.INPUTS])
+        return judgement.further(sentence, policies=[Policy.INPUTS])
+    sentence += " So the rounding of the inputs may explain the print."
+    return judgement.further(sentence, verdict=Verdict.COMPATIBLE, policies=[Policy.INPUTS])
 
 
 def under_some(agreeing: int, among: int, numbers: bool) -> tuple[Verdict, tuple[Policy, ...]]:
@@ -122,7 +122,7 @@ def repeated(claims: Iterable[Claim]) -> list[Claim]:
     first: dict[str, str] = {}
     linked = []
     for claim in claims:
-        fact = json.dumps(sorted(json.dumps(said, sort_keys=True) for said in msgspec.to_builtins(claim.says)))
+        fact = json.dumps(sorted(json.dumps(fields, sort_keys=True) for fields in msgspec.to_builtins(claim.says)))
         original = first.setdefault(fact, claim.id) if claim.says and not claim.ours else claim.id
         linked.append(msgspec.structs.replace(claim, repeats="" if original == claim.id else original))
     return linked
@@ -130,16 +130,16 @@ def repeated(claims: Iterable[Claim]) -> list[Claim]:
 
 def same_fact(record: ClaimRecord, first: Judgement | None) -> ClaimRecord:
     """The record with `first`, the verdict of the claim that says the same; an error if the two contradict."""
-    own = record.judgement
-    if first is None or Verdict.ERROR in (own.verdict, first.verdict):
+    second = record.judgement
+    if first is None or Verdict.ERROR in (second.verdict, first.verdict):
         return record
-    wrong = {verdict in DISAGREES for verdict in (own.verdict, first.verdict)}
-    told = f"It says the same as {record.claim.repeats}, which is {first.verdict}"
-    reason, verdict = f"{told}. {own.reason}", first.verdict
+    wrong = {verdict in DISAGREES for verdict in (second.verdict, first.verdict)}
+    text = f"It says the same as {record.claim.repeats}, which is {first.verdict}"
+    reason, verdict = f"{text}. {second.reason}", first.verdict
     if len(wrong) > 1:
-        reason = f"{told}; on its own evidence it would be {own.verdict}: one of the two is wrong. {own.reason}"
+        reason = f"{text}; on its own evidence it would be {second.verdict}: one of the two is wrong. {second.reason}"
         verdict = Verdict.ERROR
-    judgement = own.further(verdict=verdict, reason=reason, policies=[Policy.FACT])
+    judgement = second.further(verdict=verdict, reason=reason, policies=[Policy.FACT])
     return msgspec.structs.replace(record, judgement=judgement)
 
 

@@ -75,13 +75,13 @@ class Printed:
     @property
     def labels(self) -> tuple[str, ...]:
         """How to call each entry: "" for a single number, else `entry 2` or `entry (2,1)`, and the part if complex."""
-        found = []
+        names = []
         for index, cell in enumerate(self.cells):
             row, column = divmod(index, self.shape[-1] if self.shape else 1)
             place = ("", f"entry {column + 1}", f"entry ({row + 1},{column + 1})")[len(self.shape)]
             parts = ("real part", "imaginary part") if len(cell) == 2 else ("",)
-            found += [" of ".join(filter(None, (part, place))) for part in parts]
-        return tuple(found)
+            names += [" of ".join(filter(None, (part, place))) for part in parts]
+        return tuple(names)
 
     def arranged(self, cells: Sequence[T]) -> T | list[T] | list[list[T]]:
         """What belongs to each cell, in the layout of the print: alone, in a list, or in rows."""
@@ -178,11 +178,11 @@ def number(printed: Any) -> Any:
         return {key: number(entry) for key, entry in printed.items()}
     if isinstance(printed, list | tuple):
         return [number(entry) for entry in printed]
-    found = parse(str(printed))
-    if found.relation or any(len(cell) > 1 for cell in found.cells):
-        what = "a bound" if found.relation else "a complex number"
+    print_ = parse(str(printed))
+    if print_.relation or any(len(cell) > 1 for cell in print_.cells):
+        what = "a bound" if print_.relation else "a complex number"
         raise AuditError(f"printed value {printed!r} is {what} and no real number; say in Python what is computed with")
-    return found.arranged([float(entry.value) for entry in found.entries])
+    return print_.arranged([float(entry.value) for entry in print_.entries])
 
 
 def by_digits(printed: Printed, several: bool) -> Printed:
@@ -243,10 +243,10 @@ def _entry(text: str, part: str) -> Entry:
 
 def _with_spread(text: str, body: str) -> Entry | None:
     """A number with its uncertainty; None for any other print."""
-    found = with_spread(body)
-    if found is None:
+    parts = with_spread(body)
+    if parts is None:
         return None
-    entry, *ends = _entry(text, found[0]), Fraction(found[1]), Fraction(found[2])
+    entry, *ends = _entry(text, parts[0]), Fraction(parts[1]), Fraction(parts[2])
     if _POWER.search(simplified(text)) and not re.search("[eE]", entry.text):
         raise AuditError(
             f"printed value {text!r}: the power of ten may be that of both numbers or of the last one; write it behind "
@@ -255,7 +255,7 @@ def _with_spread(text: str, body: str) -> Entry | None:
     if min(ends) <= 0:
         what = "limits that do not hold it; look again" if min(ends) < 0 else "an uncertainty of zero; leave it out"
         raise AuditError(f"printed value {text!r} states {what}")
-    return Entry(entry.text, entry.value, entry.unit, spread=(ends[0], ends[1]), beside=found[3])
+    return Entry(entry.text, entry.value, entry.unit, spread=(ends[0], ends[1]), beside=parts[3])
 
 
 def _without_commas(body: str) -> str:

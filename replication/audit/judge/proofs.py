@@ -58,15 +58,15 @@ def _left(path: Path, command: str, keys: Sequence[str], known: Collection[str],
         return [*("" for _ in keys[1:]), {}]
     try:
         record = json.loads(path.read_text(encoding="utf-8"))
-        found = [record[key] for key in keys]
-        others = sorted(dict(found[-1]).keys() - set(known))
+        entries = [record[key] for key in keys]
+        others = sorted(dict(entries[-1]).keys() - set(known))
     except (ValueError, KeyError, TypeError) as error:
         raise AuditError(
             f"{path} is not what `{command}` writes ({error!r}); run it again, or remove the file"
         ) from None
     if others:
         raise AuditError(f"{path} names {', '.join(others)}, {unknown}; run `{command}` again, or remove the file")
-    return found
+    return entries
 
 
 ROUNDING = 1e-9
@@ -97,7 +97,7 @@ class Wanted(CertificateRecord, frozen=True, kw_only=True):
 def wanted(root: Path, papers: Sequence[str]) -> tuple[tuple[Wanted, ...], dict[str, str]]:
     """The certificates that these papers want, and why claims have none; AuditError for a malformed list."""
     package = read_settings(root).papers
-    found: list[Wanted] = []
+    certificates: list[Wanted] = []
     reasons: dict[str, str] = {}
     for paper in papers:
         try:
@@ -112,7 +112,7 @@ def wanted(root: Path, papers: Sequence[str]) -> tuple[tuple[Wanted, ...], dict[
         for entry in listed.values():
             path = f"certificates/{paper}/{entry.name}.json"
             subject = {path: sha256(root / path, "missing"), **common}
-            found.append(
+            certificates.append(
                 Wanted(
                     paper=paper,
                     name=entry.name,
@@ -126,18 +126,18 @@ def wanted(root: Path, papers: Sequence[str]) -> tuple[tuple[Wanted, ...], dict[
                 )
             )
         reasons |= {claim: entry.reason for entry in unproved for claim in entry.claims}
-    return tuple(found), reasons
+    return tuple(certificates), reasons
 
 
 def imported(root: Path, package: str, folder: Path) -> dict[str, str]:
     """The checksums of the project's files that the plants and the statements of a paper import, directly or not."""
     places = {package: root / package, "replication": Path(__file__).parents[2]}
     sources = SourceTree({name: place for name, place in places.items() if place.is_dir()})
-    found = {"replication/verify/stdlib": second()}
+    checksums = {"replication/verify/stdlib": second()}
     for name in ("plants", "statements"):
         if (folder / f"{name}.py").is_file():
-            found |= sources.files_of(f"{package}.{folder.name}.{name}")
-    return found
+            checksums |= sources.files_of(f"{package}.{folder.name}.{name}")
+    return checksums
 
 
 def no_theorem(claim: Claim | StatedClaim, reasons: Mapping[str, str], named: bool) -> str:
@@ -148,8 +148,8 @@ def no_theorem(claim: Claim | StatedClaim, reasons: Mapping[str, str], named: bo
 def record(certificate: Wanted, result: Mapping[str, Any] | None, error: str) -> CertificateRecord:
     """The record of a certificate: what `prove.prove` answered, or the error that it ended in."""
     proved = result or {"reason": error}
-    given = {**shared(CertificateRecord, certificate), "proved": not proved["reason"], **proved}
-    return msgspec.convert(given, CertificateRecord)
+    fields = {**shared(CertificateRecord, certificate), "proved": not proved["reason"], **proved}
+    return msgspec.convert(fields, CertificateRecord)
 
 
 def with_proofs(
@@ -163,22 +163,22 @@ def with_proofs(
     if not certificates or not all(certificate.proved for certificate in certificates) or evidence.not_checkable:
         return evidence, False, ""
     paths = ", ".join(certificate.path for certificate in certificates)
-    found = match(claim, evidence, certificates)
-    _require_agreement(found, evidence, paths)
-    ends = [(_outward(one.low, -math.inf), _outward(one.high, math.inf)) for one in found.bounds]
+    result = match(claim, evidence, certificates)
+    _require_agreement(result, evidence, paths)
+    ends = [(_outward(bound.low, -math.inf), _outward(bound.high, math.inf)) for bound in result.bounds]
     joined = _statement_bracketed if claim.kind not in NUMERIC else _number_bracketed
-    bracketed = joined(evidence, ends, paths) if found.proved or (claim.kind in NUMERIC and ends) else evidence
-    if found.proved:
+    bracketed = joined(evidence, ends, paths) if result.proved or (claim.kind in NUMERIC and ends) else evidence
+    if result.proved:
         return bracketed, True, ""
-    return evidence, False, found.difference or OPEN
+    return evidence, False, result.difference or OPEN
 
 
-def _require_agreement(found: Match, evidence: Evidence, paths: str) -> None:
+def _require_agreement(result: Match, evidence: Evidence, paths: str) -> None:
     computed = {outcome.reading: outcome.holds for outcome in evidence.outcomes}
-    for reading, holds in found.by_reading.items():
-        said = computed.get(reading) if computed else evidence.holds
-        if None not in (holds, said) and holds != said:
-            raise AuditError(f"the theorems of {paths} contradict the evidence, which says holds: {said}")
+    for reading, holds in result.by_reading.items():
+        answer = computed.get(reading) if computed else evidence.holds
+        if None not in (holds, answer) and holds != answer:
+            raise AuditError(f"the theorems of {paths} contradict the evidence, which says holds: {answer}")
 
 
 def _number_bracketed(evidence: Evidence, ends: Sequence[Ends], paths: str) -> Evidence:
@@ -195,8 +195,8 @@ def _statement_bracketed(evidence: Evidence, ends: Sequence[Ends], paths: str) -
     bare = msgspec.structs.replace(evidence, lower=None, upper=None)
     if evidence.value is None:
         return bare
-    own = [evidence.value if part is None else part for part in (evidence.value, evidence.lower, evidence.upper)]
-    numbers, lows, highs = (list(flat(part)) for part in own)
+    parts = [evidence.value if part is None else part for part in (evidence.value, evidence.lower, evidence.upper)]
+    numbers, lows, highs = (list(flat(part)) for part in parts)
     if len(ends) != len(numbers):
         return bare
     for number, low, high, pair in zip(numbers, lows, highs, ends, strict=True):
@@ -272,15 +272,22 @@ def match(claim: StatedClaim, evidence: Evidence, certificates: Sequence[Certifi
     if not claim.says:
         return Match(by_reading={}, difference=NO_PREDICATE, bounds=())
     paper = claim.id.partition(".")[0]
-    offers = [(one.name, said) for one in certificates if one.paper == paper and one.proved for said in one.says]
+    offers = [
+        (certificate.name, export)
+        for certificate in certificates
+        if certificate.paper == paper and certificate.proved
+        for export in certificate.says
+    ]
     decided = [(predicate, _decided(predicate, claim, offers)) for predicate in claim.says]
     # A claim without a reading of its own may have outcomes under several, of which the text leaves the choice.
-    own = [claim.reading] if claim.reading and not (claim.reading == NO_READING and evidence.outcomes) else []
-    readings = dict.fromkeys([*own, *(one.reading for one in claim.says), *(one.reading for one in evidence.outcomes)])
-    by_reading = {name: _all([holds for one, holds in decided if one.reading == name]) for name in readings}
-    missing = [_lacking(one, claim, offers) for one, holds in decided if holds is None]
-    told = {one.reading for one in claim.says}
-    missing += [f"nothing is said under the reading {name}" for name in readings if name not in told]
+    names = [claim.reading] if claim.reading and not (claim.reading == NO_READING and evidence.outcomes) else []
+    readings = dict.fromkeys(
+        [*names, *(predicate.reading for predicate in claim.says), *(outcome.reading for outcome in evidence.outcomes)]
+    )
+    by_reading = {name: _all([holds for predicate, holds in decided if predicate.reading == name]) for name in readings}
+    missing = [_lacking(predicate, claim, offers) for predicate, holds in decided if holds is None]
+    known = {predicate.reading for predicate in claim.says}
+    missing += [f"nothing is said under the reading {name}" for name in readings if name not in known]
     first = claim.says[0]
     return Match(
         by_reading=by_reading,
@@ -301,37 +308,37 @@ def _told(missing: Sequence[str], by_reading: Mapping[str, bool | None]) -> str:
     if not missing:
         return ""
     words = {True: "says", False: "denies"}
-    ways = {holds: [name for name, found in by_reading.items() if found is holds] for holds in words}
+    ways = {holds: [name for name, answer in by_reading.items() if answer is holds] for holds in words}
     decided = [f"A theorem {words[holds]} it under {', '.join(names)}. " for holds, names in ways.items() if names]
-    told = "; ".join(missing)
-    return f"{''.join(decided)}{told[:1].upper()}{told[1:]}."
+    text = "; ".join(missing)
+    return f"{''.join(decided)}{text[:1].upper()}{text[1:]}."
 
 
 def _fitting(term: Term, predicate: Predicate, offers: Iterable[Offer]) -> list[Exported]:
     """What is exported of exactly this term, under this reading."""
     like = term.quantity, term.plant, term.estimators
-    near = (one for _, one in offers if (one.of.quantity, one.of.plant, one.of.estimators) == like)
-    near = (one for one in near if one.unit == predicate.unit and predicate.reading in one.readings)
-    near = (one for one in near if one.of.setting == term.setting)
+    near = (export for _, export in offers if (export.of.quantity, export.of.plant, export.of.estimators) == like)
+    near = (export for export in near if export.unit == predicate.unit and predicate.reading in export.readings)
+    near = (export for export in near if export.of.setting == term.setting)
     # Settings that are equal may still differ in type.
-    return [one for one in near if not differences(term, predicate.reading, one)]
+    return [export for export in near if not differences(term, predicate.reading, export)]
 
 
 def _decided(predicate: Predicate, claim: StatedClaim, offers: Sequence[Offer]) -> bool | None:
     """Whether a predicate holds by these theorems; None if they do not say."""
     if predicate.relation in ("holds", "fails"):
-        said = {one.holds for one in _fitting(predicate.of, predicate, offers)} - {None}
-        if len(said) > 1:
+        answers = {export.holds for export in _fitting(predicate.of, predicate, offers)} - {None}
+        if len(answers) > 1:
             raise AuditError(f"the theorems on {claim.id} contradict each other: one says that it holds, one not")
-        return said == {predicate.relation == "holds"} if said else None
+        return answers == {predicate.relation == "holds"} if answers else None
     ours = _bounds(predicate.of, predicate, offers)
     if isinstance(predicate.to, Term):
         theirs = _bounds(predicate.to, predicate, offers)
         return compared(predicate.relation, ours[0], theirs[0]) if len(ours) == len(theirs) == 1 else None
     text = str(predicate.to)
     if predicate.relation in ("is", "is not"):
-        other = {} if text == claim.printed else {"printed": text, "tolerance": None}
-        return _equal(predicate, ours, Target.of(msgspec.structs.replace(claim, **other)))
+        changes = {} if text == claim.printed else {"printed": text, "tolerance": None}
+        return _equal(predicate, ours, Target.of(msgspec.structs.replace(claim, **changes)))
     limit = Fraction(text)
     return compared(predicate.relation, ours[0], Interval(limit, limit)) if len(ours) == 1 else None
 
@@ -341,21 +348,25 @@ def _equal(predicate: Predicate, ours: Sequence[Interval], target: Target) -> bo
     if len(ours) != len(target.intervals):
         return None
     entries = zip(ours, target.printed.entries, target.intervals, strict=True)
-    parts = [(one.size() if entry.absolute else one).within(stands) for one, entry, stands in entries]
+    parts = [(bound.size() if entry.absolute else bound).within(stands) for bound, entry, stands in entries]
     return negated(_all(parts)) if predicate.relation == "is not" else _all(parts)
 
 
 def _bounds(term: Term, predicate: Predicate, offers: Iterable[Offer]) -> tuple[Interval, ...]:
     """The narrowest bounds of each number of a term; none if theorems on it bound different counts of numbers."""
-    found = [one.items for one in _fitting(term, predicate, offers) if any(end for pair in one.items for end in pair)]
-    if len({len(items) for items in found}) != 1:
+    bounds = [
+        export.items
+        for export in _fitting(term, predicate, offers)
+        if any(end for pair in export.items for end in pair)
+    ]
+    if len({len(items) for items in bounds}) != 1:
         return ()
-    narrow = tuple(_narrowest(pairs) for pairs in zip(*found, strict=True))
-    for one in narrow:
-        if one.low > one.high:
+    narrow = tuple(_narrowest(pairs) for pairs in zip(*bounds, strict=True))
+    for bound in narrow:
+        if bound.low > bound.high:
             raise AuditError(
-                f"the theorems on {in_words(predicate)} contradict each other: one says at least {one.low}, another "
-                f"at most {one.high}; one of their statements or certificates is wrong"
+                f"the theorems on {in_words(predicate)} contradict each other: one says at least {bound.low}, another "
+                f"at most {bound.high}; one of their statements or certificates is wrong"
             )
     return narrow
 
@@ -370,9 +381,9 @@ def _lacking(predicate: Predicate, claim: StatedClaim, offers: Sequence[Offer]) 
     """What the nearest theorem says instead."""
     for term in predicate.terms:
         if not _fitting(term, predicate, offers):
-            near = [(differences(term, predicate.reading, one), name) for name, one in offers]
+            near = [(differences(term, predicate.reading, export), name) for name, export in offers]
             if not near:
                 return "No theorem that supports it says anything as data"
-            told, name = min(near, key=lambda found: len(found[0]))
-            return f"The nearest theorem, {name}, says it otherwise: {'; '.join(told)}"
+            reasons, name = min(near, key=lambda pair: len(pair[0]))
+            return f"The nearest theorem, {name}, says it otherwise: {'; '.join(reasons)}"
     return f"The proved bounds do not decide whether {in_words(predicate)}"

@@ -28,9 +28,9 @@ def require_found(what: str, ask: Callable[[Any], Iterable[str]], given: Any, el
     """
     known = {number for text in elsewhere for number in numbers_in(text)}
     sentences = list(ask(given))
-    found = _by_place(sentences).items()
+    items = _by_place(sentences).items()
     # A number that says more than how many, or which one.
-    telling = [(place, number) for place, number in found if "." in number or float(number.replace(",", "")) >= WHOLE]
+    telling = [(place, number) for place, number in items if "." in number or float(number.replace(",", "")) >= WHOLE]
     suspects = {place: number for place, number in telling if number not in known}
     for turn in (0, 1):
         if not suspects:
@@ -41,7 +41,7 @@ def require_found(what: str, ask: Callable[[Any], Iterable[str]], given: Any, el
             return
         suspects = {place: number for place, number in suspects.items() if again.get(place) == number}
     for (words, _), number in suspects.items():
-        text = next(one for one in sentences if _NUMBER.sub("#", one) == words)
+        text = next(sentence for sentence in sentences if _NUMBER.sub("#", sentence) == words)
         if not any(_is(value, number) for value in _values(given)):
             raise AuditError(
                 f"the {what} {text!r} says {number}, which the paper does not print, is no number of what the sentence "
@@ -64,7 +64,7 @@ def _by_place(sentences: Iterable[str]) -> dict[tuple[str, int], str]:
 
 def numbers_in(text: str) -> Iterator[str]:
     """The numbers of a text as they are written, without their sign; none of those with a power of ten."""
-    return (found[0] for found in _NUMBER.finditer(text.replace("\N{MINUS SIGN}", "-")))
+    return (match[0] for match in _NUMBER.finditer(text.replace("\N{MINUS SIGN}", "-")))
 
 
 def _share(turn: int) -> float:

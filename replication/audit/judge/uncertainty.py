@@ -29,16 +29,16 @@ KINDS = ("1 sigma", "2 sigma", "68 %", "90 %", "95 %", "99 %", PROBABLE, BOUND, 
 
 def sigmas(uncertainty: str) -> Fraction | None:
     """How many standard deviations an uncertainty is; None for a bound. Raises AuditError for what it cannot be."""
-    found = _FORM.fullmatch("50 %" if uncertainty == PROBABLE else uncertainty)
-    number = Fraction(found[1]) if found else Fraction(0)
+    match = _FORM.fullmatch("50 %" if uncertainty == PROBABLE else uncertainty)
+    number = Fraction(match[1]) if match else Fraction(0)
     if uncertainty == BOUND:
         return None
-    if found is None or not 0 < number < (100 if found[2] == "%" else 1000):
+    if match is None or not 0 < number < (100 if match[2] == "%" else 1000):
         known = ", ".join(f'"{kind}"' for kind in KINDS)
         raise AuditError(
             f"uncertainty is {uncertainty!r}; write one of {known}, or another number of sigma or per cent"
         )
-    return _rounded(_NORMAL.inv_cdf(0.5 + float(number) / 200)) if found[2] == "%" else number
+    return _rounded(_NORMAL.inv_cdf(0.5 + float(number) / 200)) if match[2] == "%" else number
 
 
 def _rounded(number: float) -> Fraction:

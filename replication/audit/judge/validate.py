@@ -82,11 +82,11 @@ def _references(paper: Paper, at: At) -> Iterator[str]:
         where = f"scope item {item.part!r} of {paper.key}"
         named += [(where, "lists claim", item.claims), (where, "lists figure", item.figures)]
     for user, verb, names in named:
-        there = known.get(verb.split()[1], set())
+        candidates = known.get(verb.split()[1], set())
         yield from (
-            f"{user} {verb} {name!r}, which does not exist; {meant(name, there)}{at(name)}"
+            f"{user} {verb} {name!r}, which does not exist; {meant(name, candidates)}{at(name)}"
             for name in names
-            if name not in there
+            if name not in candidates
         )
 
 
@@ -240,7 +240,9 @@ def unused_readings(readings: Iterable[Reading], claims: Sequence[ClaimRecord]) 
         return ()
     used = {name for claim in claims for name in claim.rested}
     by_solver = any(Policy.SOLVER in claim.judgement.policies for claim in claims)
-    return tuple(one.name for one in readings if one.name not in used and not (by_solver and one.accuracy))
+    return tuple(
+        reading.name for reading in readings if reading.name not in used and not (by_solver and reading.accuracy)
+    )
 
 
 def require_typed(papers: Sequence[Paper], sources: SourceTree) -> None:
@@ -277,16 +279,16 @@ def _fields(what: str, record: type[msgspec.Struct], declared: Any, where: str) 
 _hints = cache(get_type_hints)
 
 
-def _wrong(value: Any, wanted: Any) -> str:
+def _wrong(value: Any, kind: Any) -> str:
     """Why a value cannot stand in a field of that type; empty if it can."""
-    if isinstance(wanted, type) and issubclass(wanted, enum.Enum):
-        known = ", ".join(f"{wanted.__name__}.{member.name}" for member in wanted)
-        return "" if isinstance(value, wanted) else f"write one of {known}"
+    if isinstance(kind, type) and issubclass(kind, enum.Enum):
+        known = ", ".join(f"{kind.__name__}.{member.name}" for member in kind)
+        return "" if isinstance(value, kind) else f"write one of {known}"
     if isinstance(value, str):
         value = str(value)
     try:
-        msgspec.convert(value, wanted)
+        msgspec.convert(value, kind)
     except msgspec.ValidationError as error:
-        text = 'a printed value is a string, whose digits are its tolerance: "1.50"' if wanted is str else "correct it"
+        text = 'a printed value is a string, whose digits are its tolerance: "1.50"' if kind is str else "correct it"
         return f"{str(error).lower()}; {text}"
     return ""

@@ -128,8 +128,8 @@ def _with_erratum(case: Case, erratum: str) -> Judgement:
     mended = _corrected(case) if meant else case
     proof = case.erratum if case.erratum is not None and not case.erratum.error else None
     if _is_slip(proof):
-        said = f"Read with {erratum}, a slip that may be of the text at hand."
-        return _found(mended).further(said, policies=[Policy.SCAN])
+        sentence = f"Read with {erratum}, a slip that may be of the text at hand."
+        return _found(mended).further(sentence, policies=[Policy.SCAN])
     verdict = Verdict.DIFFERS if _compares_numbers(case.claim) else Verdict.UNDETERMINED
     if meant and evidence.as_printed is not None:
         raise AuditError(f"one answer is compared with the print and with {meant!r}; leave out as_printed")
@@ -204,17 +204,17 @@ def _family(case: Case) -> Judgement:
     _require_fitting(case)
     if evidence.over_inputs is not None:
         raise AuditError("the evidence has outcomes under several readings and over_inputs; a range needs one reading")
-    found = {outcome.reading: _compare(replace(case, evidence=outcome.evidence)) for outcome in evidence.outcomes}
+    judgements = {outcome.reading: _compare(replace(case, evidence=outcome.evidence)) for outcome in evidence.outcomes}
     ruled_out = [reading.name for reading in readings if reading.policy is Policy.RULED_OUT]
     fitted = [reading.name for reading in readings if reading.policy is Policy.CONSTANT]
     left = [reading for reading in readings if reading.name not in (*ruled_out, *fitted)]
-    verdicts = [found[reading.name].verdict for reading in left]
+    verdicts = [judgements[reading.name].verdict for reading in left]
     if not verdicts:
         raise AuditError(
             f"the family has no reading that decides: ruled out are {ruled_out}, and fitted to the print {fitted}"
         )
     agreeing, numbers = sum(verdict in AGREES for verdict in verdicts), _compares_numbers(case.claim)
-    met = [name for name in fitted if found[name].verdict in AGREES]
+    met = [name for name in fitted if judgements[name].verdict in AGREES]
     decided: tuple[Policy, ...] = ()
     if agreeing == len(verdicts):
         chosen = numbers and (case.claim.kind is Kind.STATISTICAL or all(reading.inference for reading in left))
@@ -223,24 +223,24 @@ def _family(case: Case) -> Judgement:
         verdict = Verdict.DIFFERS if numbers else Verdict.REFUTED
     else:
         verdict, decided = under_some(agreeing, len(verdicts), numbers)
-    said = "; ".join(f"{name}: {judgement.reason.rstrip('.')}" for name, judgement in found.items())
+    text = "; ".join(f"{name}: {judgement.reason.rstrip('.')}" for name, judgement in judgements.items())
     # What would fit the print and break the step does not count, so that these are the valid ones.
     mended = case.claim.erratum is not None and not case.printed and not _is_slip(case.erratum)
     which = "that leave the corrected step valid" if verdict is Verdict.DIFFERS and mended else "of the text"
-    reasons = [f"It {'agrees' if numbers else 'holds'} under {agreeing} of {len(verdicts)} readings {which}. {said}."]
+    reasons = [f"It {'agrees' if numbers else 'holds'} under {agreeing} of {len(verdicts)} readings {which}. {text}."]
     if ruled_out:
         reasons.append(f"The text rules out and the verdict leaves out: {', '.join(ruled_out)}.")
     if met:
         reasons.append(f"{TESTS_NOTHING}: {', '.join(met)}.")
     elif fitted:
         reasons.append(f"No constant fitted to the print meets it, which is not counted: {', '.join(fitted)}.")
-    shown = [_compare(case)] if evidence.value is not None and case.claim.kind in NUMERIC else found.values()
+    shown = [_compare(case)] if evidence.value is not None and case.claim.kind in NUMERIC else judgements.values()
     deviations = [judgement.deviation_ulp for judgement in shown if judgement.deviation_ulp is not None]
     return Judgement(
         verdict=verdict,
         reason=" ".join(reasons),
         deviation_ulp=min(deviations, key=abs, default=None),
-        policies=tuple(dict.fromkeys((*decided, *(each for one in found.values() for each in one.policies)))),
+        policies=tuple(dict.fromkeys((*decided, *(each for entry in judgements.values() for each in entry.policies)))),
         readings=(agreeing, len(verdicts)),
     )
 
@@ -344,13 +344,13 @@ def _statistical(case: Case) -> Judgement:
     probable = probability >= SMALLEST_PROBABILITY
     # A rank among draws carries one digit, far from the least probability.
     clear = probability >= 2 * SMALLEST_PROBABILITY
-    told = f"about {short(probability, 1)}" if clear else digits(Fraction(probability), Fraction("0.01"))
+    text = f"about {short(probability, 1)}" if clear else digits(Fraction(probability), Fraction("0.01"))
     draws = case.evidence.draws
     if draws is not None and probability <= least_rank(draws):
-        told = f"at most {told}, the least that a rank among {draws} draws can show"
+        text = f"at most {text}, the least that a rank among {draws} draws can show"
     judgement = Judgement(
         verdict=Verdict.COMPATIBLE if probable else Verdict.DIFFERS,
-        reason=f"A draw at least as extreme as the printed one has probability {told},"
+        reason=f"A draw at least as extreme as the printed one has probability {text},"
         f" {'not less' if probable else 'less'} than {SMALLEST_PROBABILITY}.",
     )
     if case.evidence.holds is None:
@@ -420,8 +420,8 @@ def rejudge(
     What its certificates prove is taken from its judgement, which `check` compares with them.
     """
     erratum = errata.get(record.claim.erratum or "")
-    judgement, kept = judge(record.claim, record.evidence, erratum, target, readings=readings), record.judgement
-    return judgement.further(proved=kept.proved, supported=kept.supported, unproved=kept.unproved)
+    judgement, proofs = judge(record.claim, record.evidence, erratum, target, readings=readings), record.judgement
+    return judgement.further(proved=proofs.proved, supported=proofs.supported, unproved=proofs.unproved)
 
 
 def plain(evidence: Evidence | None) -> Evidence:

@@ -40,8 +40,8 @@ def export_texts(results: ResultsFile, software: Software) -> dict[str, str]:
 def badges(results: ResultsFile, folder: str, label: str) -> dict[str, str]:
     """By name of its file the badge of each paper, and that of all, which has a label."""
     by_paper = {p.key: [claim for claim in results.claims if claim.paper == p.key] for p in results.papers}
-    made = {key: badge(key, claims) for key, claims in by_paper.items()} | {"all": badge(label, results.claims)}
-    return {f"{folder}/{name}.svg": text for name, text in made.items()}
+    texts = {key: badge(key, claims) for key, claims in by_paper.items()} | {"all": badge(label, results.claims)}
+    return {f"{folder}/{name}.svg": text for name, text in texts.items()}
 
 
 def write_exports(results: ResultsFile, root: Path, directory: Path) -> tuple[Path, ...]:
@@ -76,8 +76,8 @@ def bibtex(results: ResultsFile, software: Software) -> str:
         "url": software.url or software.repository_code,
     }
     lines = [f"  {name} = {{{value}}}," for name, value in fields.items() if value]
-    own = "\n".join(["@software{replication,", *lines, "}"])
-    return "\n\n".join([own, *(paper.bibtex.strip() for paper in results.papers)]) + "\n"
+    package = "\n".join(["@software{replication,", *lines, "}"])
+    return "\n\n".join([package, *(paper.bibtex.strip() for paper in results.papers)]) + "\n"
 
 
 MANIFEST, CRATE, EXPORTS = "SHA256SUMS", "ro-crate-metadata.json", "exports"
@@ -109,16 +109,16 @@ def changed_files(directory: Path) -> tuple[str, ...]:
     Files that the manifest does not name are left out: building makes new ones.
     Raises AuditError if there is no manifest, or it is not one.
     """
-    found = ((name, digest, sha256(directory / name, "missing")) for name, digest in _manifest(directory))
-    return tuple(f"{name}: {'missing' if now == 'missing' else 'changed'}" for name, then, now in found if now != then)
+    hashes = ((name, digest, sha256(directory / name, "missing")) for name, digest in _manifest(directory))
+    return tuple(f"{name}: {'missing' if now == 'missing' else 'changed'}" for name, then, now in hashes if now != then)
 
 
 def unfilled(root: Path) -> list[str]:
     """What `replication new` left to be written by hand and nobody has, file by file."""
     left = re.compile(r"A\. AUTHOR|WHAT IS AUDITED|\bTITLE\b|In your own words:")
     paths = [root / CITATION, *root.glob("*/*/paper.toml")]
-    found = {path.relative_to(root): left.search(_read(path)) for path in paths}
-    return [f"{path} still says {there[0]!r}, which is for you to write" for path, there in found.items() if there]
+    matches = {path.relative_to(root): left.search(_read(path)) for path in paths}
+    return [f"{path} still says {match[0]!r}, which is for you to write" for path, match in matches.items() if match]
 
 
 def _manifest(directory: Path) -> Iterator[tuple[str, str]]:

@@ -86,10 +86,10 @@ MEDIA_TYPES = {".md": "text/markdown", ".j2": "text/plain", ".cff": "application
 _TEMPLATES = plain_templates(Path(__file__).with_name("json"))
 
 
-def filled(name: str, **given: Any) -> Json:
+def filled(name: str, **fields: Any) -> Json:
     """What the template `json/NAME.j2` says of what it is given, without fields that say nothing."""
-    told: Json = without_empty(json.loads(_TEMPLATES.get_template(f"{name}.j2").render(given)))
-    return told
+    content: Json = without_empty(json.loads(_TEMPLATES.get_template(f"{name}.j2").render(fields)))
+    return content
 
 
 def to_json(content: Json) -> str:
@@ -113,8 +113,8 @@ def without_empty(value: Any) -> Any:
         return [without_empty(entry) for entry in value]
     if not isinstance(value, dict):
         return value
-    told = {name: without_empty(entry) for name, entry in value.items()}
-    return {name: entry for name, entry in told.items() if entry not in ("", [], None)}
+    fields = {name: without_empty(entry) for name, entry in value.items()}
+    return {name: entry for name, entry in fields.items() if entry not in ("", [], None)}
 
 
 _TEMPLATES.globals |= {

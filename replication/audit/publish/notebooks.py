@@ -55,19 +55,19 @@ def executed(paths: Iterable[Path], root: Path) -> Iterator[tuple[str, Any, bool
     sources = _sources(root)
     for path in paths:
         key = sha256(sources + path.read_bytes())
-        kept = root / CACHE / path.name
-        fresh = _key(kept) != key
+        copy = root / CACHE / path.name
+        fresh = _key(copy) != key
         if fresh:
             notebook = execute(path, root)
             notebook.metadata[KEY] = key
-            write_atomically(kept, _needed("nbformat").writes(notebook).encode())
-        yield path.stem, _needed("nbformat").read(kept, as_version=4), fresh
+            write_atomically(copy, _needed("nbformat").writes(notebook).encode())
+        yield path.stem, _needed("nbformat").read(copy, as_version=4), fresh
 
 
-def _key(kept: Path) -> str:
+def _key(path: Path) -> str:
     """What a kept notebook was made from; empty for none, or for what is not whole."""
     try:
-        return str(json.loads(kept.read_bytes())["metadata"].get(KEY, ""))
+        return str(json.loads(path.read_bytes())["metadata"].get(KEY, ""))
     except (FileNotFoundError, ValueError, LookupError, TypeError, AttributeError):
         return ""
 
@@ -108,7 +108,7 @@ def _page(notebook: Any) -> str:
     exporter = HTMLExporter(template_name="basic", exclude_input_prompt=True, exclude_output_prompt=True)
     body, _ = exporter.from_notebook_node(notebook)
     drawn = iter(_drawing_lines(notebook))
-    body = _NO_ALT.sub(lambda found: f'alt="Figure: {escape(next(drawn))}"', body)
+    body = _NO_ALT.sub(lambda match: f'alt="Figure: {escape(next(drawn))}"', body)
     for kind, name in (("input", "Code"), ("output", "Output")):  # may scroll, so it has a tab stop
         body = body.replace(
             f'<div class="{kind}">', f'<div class="{kind}" tabindex="0" role="group" aria-label="{name}">'

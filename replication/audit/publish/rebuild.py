@@ -51,17 +51,17 @@ def tool_wheel() -> tuple[str, bytes]:
 
     Raises AuditError where the program runs from sources that were never installed.
     """
-    found = installed(OWN)
-    if found is None:
+    distribution = installed(OWN)
+    if distribution is None:
         raise AuditError("this program is not installed, so that its wheel cannot be packed; `pip install` its sources")
     package = Path(replication.__file__).parent
-    stem = f"{OWN.replace('-', '_')}-{found.version}"
+    stem = f"{OWN.replace('-', '_')}-{distribution.version}"
     files = {
         path.relative_to(package.parent).as_posix(): path.read_bytes()
         for path in package.rglob("*")
         if path.is_file() and "__pycache__" not in path.parts
     }
-    texts = {f"{stem}.dist-info/{name}": found.read_text(name) for name in METADATA}
+    texts = {f"{stem}.dist-info/{name}": distribution.read_text(name) for name in METADATA}
     files |= {name: text.encode() for name, text in texts.items() if text}
     lines = [f"{name},sha256={_digest(data)},{len(data)}" for name, data in sorted(files.items())]
     record = f"{stem}.dist-info/RECORD"
@@ -91,36 +91,36 @@ def lock_text(*, ask: bool = False) -> str:
     say whether they are there, and why not.
     """
     pins: dict[str, str] = {}
-    for found in metadata.distributions():
-        name = found.metadata["Name"]
+    for package in metadata.distributions():
+        name = package.metadata["Name"]
         if name and canonical(name) not in NOT_LOCKED:
-            origin = json.loads(found.read_text("direct_url.json") or "{}").get("url", "")
-            pin = f"# from no index: {name} {found.version}, {origin}" if origin else f"{name}=={found.version}"
+            origin = json.loads(package.read_text("direct_url.json") or "{}").get("url", "")
+            pin = f"# from no index: {name} {package.version}, {origin}" if origin else f"{name}=={package.version}"
             pins.setdefault(canonical(name), pin)
     text = "".join(f"{pins[name]}\n" for name in sorted(pins))
     hashed, why = _hashed(text) if ask else ("", "the index was not asked")
-    kept = [line for line in text.splitlines(keepends=True) if hashed and line.startswith("#")]
+    comments = [line for line in text.splitlines(keepends=True) if hashed and line.startswith("#")]
     head = (
         f"# What `replication run` is run with: Python {python_minor(platform.python_version())} and these packages.\n"
     )
-    return "".join([head, *([] if hashed else [f"{BARE}: {why}.\n"]), *kept, hashed or text])
+    return "".join([head, *([] if hashed else [f"{BARE}: {why}.\n"]), *comments, hashed or text])
 
 
 def _hashed(pins: str) -> tuple[str, str]:
     """The pins with the checksums of their files as the index gives them, or nothing and why not."""
     here = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
     words = ["--quiet", "--generate-hashes", "--no-header", "--no-annotate"]
-    asked = {"uv": ["pip", "compile", "--no-deps", *words, "-"], "pip-compile": [*words, "--output-file=-", "-"]}
-    program = next((found for name in asked if (found := shutil.which(name, path=here))), None)
+    arguments = {"uv": ["pip", "compile", "--no-deps", *words, "-"], "pip-compile": [*words, "--output-file=-", "-"]}
+    program = next((executable for name in arguments if (executable := shutil.which(name, path=here))), None)
     if program is None:
         return "", "neither uv nor pip-compile is here"
-    line = [program, *asked[Path(program).stem]]
+    line = [program, *arguments[Path(program).stem]]
     try:
-        done = subprocess.run(line, input=pins, capture_output=True, text=True, check=False, timeout=PATIENCE)
+        process = subprocess.run(line, input=pins, capture_output=True, text=True, check=False, timeout=PATIENCE)
     except subprocess.TimeoutExpired:
         return "", f"{Path(program).stem} took longer than {PATIENCE} s"
-    said = next(iter(reversed(done.stderr.strip().splitlines())), "it says nothing").strip()
-    return (done.stdout, "") if done.returncode == 0 else ("", f"{Path(program).stem}: {said[:200]}")
+    message = next(iter(reversed(process.stderr.strip().splitlines())), "it says nothing").strip()
+    return (process.stdout, "") if process.returncode == 0 else ("", f"{Path(program).stem}: {message[:200]}")
 
 
 def plain_templates(folder: Path) -> Environment:
@@ -131,14 +131,14 @@ def plain_templates(folder: Path) -> Environment:
 def rebuild_texts() -> dict[str, str]:
     """The page for readers, the workflow and the container, by name."""
     templates = plain_templates(Path(scaffold.__file__).parent)
-    given = {
+    fields = {
         "install": INSTALL,
         "steps": (*INSTALL, *RUN),
         "python": python_minor(platform.python_version()),
         "lock": LOCK,
     }
     names = {PAGE: "rebuild.md.j2", WORKFLOW: "workflow.yml.j2", CONTAINER: "Dockerfile.j2"}
-    return {name: templates.get_template(template).render(given) for name, template in names.items()}
+    return {name: templates.get_template(template).render(fields) for name, template in names.items()}
 
 
 def rebuild_files(root: Path, *, ask: bool = False) -> dict[str, bytes]:

@@ -46,8 +46,8 @@ def codecheck(paper: PaperRecord, results: ResultsFile, software: Software) -> J
     claims = [claim for claim in results.claims if claim.paper == paper.key]
     published = " ".join(text for text in (paper.venue, str(paper.year or "")) if text) if paper.venue else ""
     figures = [record for record in results.figures if record.paper == paper.key and not record.error]
-    given = {"results": results, "software": software, "check": check, "claims": claims, "published": published}
-    return filled("codecheck", paper=paper, figures=figures, **given)
+    fields = {"results": results, "software": software, "check": check, "claims": claims, "published": published}
+    return filled("codecheck", paper=paper, figures=figures, **fields)
 
 
 def unmet(content: Json) -> Iterator[str]:
@@ -78,15 +78,15 @@ def write_registers(results: ResultsFile, software: Software, root: Path) -> Ite
     """Write what registers read at `root`, and say so; a file that a person wrote is kept."""
     for name, text in register_texts(results, software).items():
         path = root / name
-        there = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else text
-        if there != text and MARK not in there:
+        content = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else text
+        if content != text and MARK not in content:
             yield f"{path}: kept as it is, which is not what this command writes; remove it to have it written"
         else:
             write_atomically(path, text.encode())
             yield str(path)
-    own = (software.title, software.abstract, *(person.full_name for person in software.authors))
+    texts = (software.title, software.abstract, *(person.full_name for person in software.authors))
     yield from (
-        f"{ZENODO}: {words!r} is of the template; write CITATION.cff" for words in own if PLACEHOLDER.search(words)
+        f"{ZENODO}: {words!r} is of the template; write CITATION.cff" for words in texts if PLACEHOLDER.search(words)
     )
     paper = checked(results)
     if paper is None:

@@ -36,11 +36,11 @@ def run_lines(results: ResultsFile, log: Sequence[Step], failures: Sequence[str]
     """The summary of a run: verdicts per paper, what was computed, the slowest, changed verdicts, failures."""
     for paper in results.papers:
         claims = [claim for claim in results.claims if claim.paper == paper.key]
-        found = {verdict: number for verdict, number in counts(claims).items() if number}
-        several = ", ".join(f"{number} {verdict}" for verdict, number in found.items())
-        yield f"{paper.key}: {sum(found.values())} claims{several and f': {several}'}"
-    done = Counter(step.action for step in log)
-    yield "experiments: " + ", ".join(f"{done[action]} {action}" for action in Action)
+        verdicts = {verdict: number for verdict, number in counts(claims).items() if number}
+        several = ", ".join(f"{number} {verdict}" for verdict, number in verdicts.items())
+        yield f"{paper.key}: {sum(verdicts.values())} claims{several and f': {several}'}"
+    actions = Counter(step.action for step in log)
+    yield "experiments: " + ", ".join(f"{actions[action]} {action}" for action in Action)
     slowest = sorted((step for step in log if step.seconds > 0), key=lambda step: (-step.seconds, step.name))
     if slowest:
         yield "slowest: " + ", ".join(f"{step.name} {step.seconds:.1f} s" for step in slowest[:SLOWEST])
@@ -50,8 +50,8 @@ def run_lines(results: ResultsFile, log: Sequence[Step], failures: Sequence[str]
     proved = sum(certificate.proved for certificate in results.certificates)
     if results.certificates:
         yield f"certificates: {proved} of {len(results.certificates)} proved"
-    if said := theorems(once(results.claims)):
-        yield said
+    if sentence := theorems(once(results.claims)):
+        yield sentence
     for certificate in unproved(results):
         yield f"not proved: {certificate.path}: {certificate.reason}"
     for error in (*errors(results), *failures):
@@ -71,17 +71,17 @@ def unproved(results: ResultsFile) -> tuple[CertificateRecord, ...]:
 def errors(results: ResultsFile) -> tuple[str, ...]:
     """Whatever in the file ended in an error instead of an answer, with the error."""
     others = results.named("experiment", "erratum", "figure")
-    told = [f"{sort} {name}: {record.error}" for (sort, name), record in others if record.error]
-    return (*told, *_claims(results.claims))
+    lines = [f"{sort} {name}: {record.error}" for (sort, name), record in others if record.error]
+    return (*lines, *_claims(results.claims))
 
 
 def _claims(claims: Iterable[ClaimRecord]) -> Iterator[str]:
     """A line for each error, however many claims ended in it; where each of them met it then matters no longer."""
-    found: dict[str, list[ClaimRecord]] = {}
+    reasons: dict[str, list[ClaimRecord]] = {}
     for claim in claims:
         if claim.verdict is Verdict.ERROR:
-            found.setdefault(_PLACE.sub("", claim.judgement.reason), []).append(claim)
-    for reason, same in found.items():
+            reasons.setdefault(_PLACE.sub("", claim.judgement.reason), []).append(claim)
+    for reason, same in reasons.items():
         if len(same) == 1:
             yield f"claim {same[0].id}: {same[0].judgement.reason}"
         else:
@@ -105,17 +105,17 @@ def claim_text(record: ClaimRecord, readings: Iterable[Reading] = (), replies: I
     """
     parts = msgspec.json.decode(msgspec.json.encode((record.claim, record.judgement, record.evidence)))
     fields = {name: value for part in parts for name, value in part.items() if name not in NOT_SHOWN}
-    told = {
+    content = {
         "statement": record.claim.statement,
         "as data": [in_words(predicate) for predicate in record.claim.says],
         **{LABELS.get(name, name.replace("_", " ")): value for name, value in fields.items()},
         "under the reading": {
-            one.name: f"{one.text} ({one.place}{'; an inference' * one.inference})"
-            for one in readings
-            if one.name in record.rested
+            reading.name: f"{reading.text} ({reading.place}{'; an inference' * reading.inference})"
+            for reading in readings
+            if reading.name in record.rested
         },
         "replies": [msgspec.to_builtins(reply) for reply in replies],
     }
     left_out: tuple[object, ...] = ({}, [0, 0])
-    told = {name: v for name, v in told.items() if name == "holds" or (v is not False and v not in left_out)}
-    return msgspec.yaml.encode(without_empty(told), order=None).decode()
+    content = {name: v for name, v in content.items() if name == "holds" or (v is not False and v not in left_out)}
+    return msgspec.yaml.encode(without_empty(content), order=None).decode()

@@ -67,8 +67,8 @@ class Standing:
 
 def standing(claims: Iterable[ClaimRecord]) -> Standing:
     """How the paper with these claims stands."""
-    own = once(tuple(claims))
-    promised = [claim for claim in own if consequence(claim.claim) in PROMISES]
+    records = once(tuple(claims))
+    promised = [claim for claim in records if consequence(claim.claim) in PROMISES]
     theorems = [claim for claim in promised if consequence(claim.claim) is Consequence.THEOREM]
     return Standing(
         theorems=len(theorems),
@@ -77,18 +77,18 @@ def standing(claims: Iterable[ClaimRecord]) -> Standing:
         sound=bool(theorems) and all(claim.verdict in (*HOLDS, Verdict.REPRODUCED_AFTER_ERRATUM) for claim in theorems),
         corrected=any(claim.verdict is Verdict.REPRODUCED_AFTER_ERRATUM for claim in theorems),
         open=any(
-            claim.verdict is Verdict.UNDETERMINED and {True, False} <= {one.holds for one in claim.evidence.outcomes}
+            claim.verdict is Verdict.UNDETERMINED and {True, False} <= {item.holds for item in claim.evidence.outcomes}
             for claim in promised
         ),
-        failing=sum(claim.verdict in DISAGREES for claim in own),
-        claims=len(own),
+        failing=sum(claim.verdict in DISAGREES for claim in records),
+        claims=len(records),
     )
 
 
 def standings(results: ResultsFile) -> dict[str, Standing]:
     """How each paper stands, by its key, in the one order in which papers are shown."""
-    found = {p.key: standing(claim for claim in results.claims if claim.paper == p.key) for p in results.papers}
-    return dict(sorted(found.items(), key=lambda item: item[1].rank))
+    entries = {p.key: standing(claim for claim in results.claims if claim.paper == p.key) for p in results.papers}
+    return dict(sorted(entries.items(), key=lambda item: item[1].rank))
 
 
 def consequence(claim: StatedClaim) -> Consequence:
@@ -102,8 +102,8 @@ def consequence(claim: StatedClaim) -> Consequence:
 
 
 def _by_place(claim: StatedClaim, place: str) -> Consequence:
-    if found := [kind for kind, form in _NAMED.items() if form.match(place)]:
-        return found[0]
+    if kinds := [kind for kind, form in _NAMED.items() if form.match(place)]:
+        return kinds[0]
     if not claim.printed:
         return Consequence.REMARK
     # A level in the text is what a reader takes home; a count or an equation's matrix is not.
@@ -197,13 +197,13 @@ class ClaimView:
 
 def targets(claims: Iterable[ClaimRecord]) -> dict[str, Target]:
     """What each claim that prints numbers stands for, by its id: here the report reads its printed values, once."""
-    found = {}
+    numbers = {}
     for record in claims:
         if record.claim.printed:
             # A statement may print what is no number; the verdict of any other such claim is `error`.
             with contextlib.suppress(AuditError):
-                found[record.id] = Target.judged(record.claim, record.judgement)
-    return found
+                numbers[record.id] = Target.judged(record.claim, record.judgement)
+    return numbers
 
 
 def views(claims: Iterable[ClaimRecord], read: Mapping[str, Target]) -> tuple[ClaimView, ...]:
@@ -254,10 +254,10 @@ def _elsewhere(target: Target | None, record: ClaimRecord, entries: tuple[EntryV
         return None
     for outcome in record.evidence.outcomes:
         if outcome.value is not None:
-            found = side_by_side(target, outcome.evidence)
-            if all(entry.inside for entry in found):
-                number = found[0].head + found[0].tail
-                return number if len(found) == 1 else f"all {len(found)} agree", outcome.reading
+            alternatives = side_by_side(target, outcome.evidence)
+            if all(entry.inside for entry in alternatives):
+                number = alternatives[0].head + alternatives[0].tail
+                return number if len(alternatives) == 1 else f"all {len(alternatives)} agree", outcome.reading
     return None
 
 

@@ -28,14 +28,14 @@ _SPACE = re.compile(r">\s+<")
 
 def drawings(environment: Environment, shown: Mapping[str, Any]) -> dict[str, str]:
     """HTML by the id of the element that it belongs into: the evidence of each claim, the inputs of each experiment."""
-    made = environment.get_template("evidence.html.j2").make_module(dict(shown))
+    module = environment.get_template("evidence.html.j2").make_module(dict(shown))
     claims = {
-        anchor("claim", view.record.id): str(made.evidence(view, paper))  # type: ignore[attr-defined]
+        anchor("claim", view.record.id): str(module.evidence(view, paper))  # type: ignore[attr-defined]
         for paper in shown["papers"]
         for view in paper.claims
     }
     inputs = {
-        anchor("experiment", record.name): str(made.inputs(record))  # type: ignore[attr-defined]
+        anchor("experiment", record.name): str(module.inputs(record))  # type: ignore[attr-defined]
         for record in shown["results"].experiments
         if record.inputs or record.solvers
     }
@@ -72,17 +72,17 @@ def checks(results: ResultsFile, root: Path | None) -> dict[str, Any]:
         text = _verified(record, root) if root is not None and record.proved and record.statement in known else None
         if text is None or root is None:
             continue
-        wanted = subject(record.paper, record.name, root)
-        plant = f"{record.paper}/{wanted['plant']['name']}"
-        plants[plant] = wanted["plant"]
+        theorem = subject(record.paper, record.name, root)
+        plant = f"{record.paper}/{theorem['plant']['name']}"
+        plants[plant] = theorem["plant"]
         prints = _prints(record, results.claims)
-        entries[record.path] = {"text": text, "wanted": {**wanted, "plant": plant}, "prints": prints}
+        entries[record.path] = {"text": text, "wanted": {**theorem, "plant": plant}, "prints": prints}
     return {"entries": entries, "plants": plants}
 
 
 def played(proofs: Mapping[str, Any]) -> dict[str, str]:
     """By paper, the scalar loop that a certificate proves to diverge, as data for the sliders of `html/play.js`."""
-    found = {}
+    loops = {}
     for entry in proofs["entries"].values():
         plant = proofs["plants"][entry["wanted"]["plant"]]
         if entry["wanted"]["statement"] == COUNTEREXAMPLE and len(plant["A"]) == 1:
@@ -91,8 +91,8 @@ def played(proofs: Mapping[str, Any]) -> dict[str, str]:
                 key: float(Fraction(value)) for key, value in (loop | {"T": plant["T"], "M": plant["M"]}).items()
             }
             paper = entry["wanted"]["paper"]
-            found[paper] = json.dumps({"name": f"play-{paper}"} | numbers)
-    return found
+            loops[paper] = json.dumps({"name": f"play-{paper}"} | numbers)
+    return loops
 
 
 def _verified(record: CertificateRecord, root: Path) -> str | None:
@@ -105,16 +105,16 @@ def _verified(record: CertificateRecord, root: Path) -> str | None:
 def _prints(record: CertificateRecord, claims: Sequence[ClaimRecord]) -> list[str]:
     """The numbers that the paper prints for what a theorem bounds; each once, however often it is repeated."""
     about = [term.of for term in record.says]
-    found = [
+    numbers = [
         claim.claim.printed
         for claim in claims
         if record.path in claim.evidence.certificates
         and claim.claim.tolerance is None
         and claim.claim.kind == "value"
-        and all(said.relation == "is" and said.to == claim.claim.printed for said in claim.claim.says)
-        and any(said.of in about for said in claim.claim.says)
+        and all(predicate.relation == "is" and predicate.to == claim.claim.printed for predicate in claim.claim.says)
+        and any(predicate.of in about for predicate in claim.claim.says)
     ]
-    return list(dict.fromkeys(found))
+    return list(dict.fromkeys(numbers))
 
 
 MOST = 8
@@ -161,12 +161,12 @@ class Ladder:
 def ladders(paper: PaperRecord, claims: Sequence[ClaimView]) -> tuple[Ladder, ...]:
     """The proved numbers of the paper's tables, each once, first those outside their interval, then the closest."""
     cells = {name for table in paper.tables for name in table.claims}
-    own = [view for view in claims if view.record.id in cells and view.record.counted]
-    found = [made for view in own if (made := _ladder(view, claims)) is not None]
+    views = [view for view in claims if view.record.id in cells and view.record.counted]
+    items = [ladder for view in views if (ladder := _ladder(view, claims)) is not None]
     # Several claims of one place may print the same digits; the first of them stands for all.
-    distinct = {(made.view.record.claim.place, made.entry.printed): made for made in reversed(found)}.values()
-    chosen = sorted(distinct, key=lambda made: (made.inside, made.near))[:MOST]
-    return tuple(sorted(chosen, key=lambda made: (made.inside, made.view.place)))
+    distinct = {(ladder.view.record.claim.place, ladder.entry.printed): ladder for ladder in reversed(items)}.values()
+    chosen = sorted(distinct, key=lambda ladder: (ladder.inside, ladder.near))[:MOST]
+    return tuple(sorted(chosen, key=lambda ladder: (ladder.inside, ladder.view.place)))
 
 
 def _ladder(view: ClaimView, claims: Sequence[ClaimView]) -> Ladder | None:
@@ -198,14 +198,14 @@ def _ladder(view: ClaimView, claims: Sequence[ClaimView]) -> Ladder | None:
         bracket=_outward(ours),
         room=_two_digits(gap / (ours[1] - ours[0])),
         rungs=_rungs(box, ours, end),
-        beside=tuple(other for other in claims if _attains(other, view)) if view.rounded else (),
+        beside=tuple(claim for claim in claims if _attains(claim, view)) if view.rounded else (),
     )
 
 
-def _attains(other: ClaimView, least: ClaimView) -> bool:
+def _attains(view: ClaimView, least: ClaimView) -> bool:
     """Whether a claim of the place of a least level finds the number printed for it, as the printed filter's level."""
-    one, two = other.record.claim, least.record.claim
-    return (one.place, one.printed) == (two.place, two.printed) and other.record.counted and other.within == 1
+    first, second = view.record.claim, least.record.claim
+    return (first.place, first.printed) == (second.place, second.printed) and view.record.counted and view.within == 1
 
 
 def _outward(ours: Ends) -> Ends:

@@ -148,16 +148,16 @@ def explorers(
     led, broken = paper.brief.picture if paper.brief else None, standing(view.record for view in claims).broken
     printed = [curve for curve in led.curves if not curve.quiet] if isinstance(led, Traces) and broken else []
     refuted = {name for curve in printed for name in curve.columns}
-    made = []
+    views = []
     for explorer in paper.brief.explorers if paper.brief else ():
         require_title(explorer.title)
-        own = [picture for picture in explorer.pictures if picture.figure in drawn]
+        selection = [picture for picture in explorer.pictures if picture.figure in drawn]
         pictures = tuple(
-            _view(paper.key, picture, table(figures / f"{picture.figure}.csv"), known, refuted) for picture in own
+            _view(paper.key, picture, table(figures / f"{picture.figure}.csv"), known, refuted) for picture in selection
         )
         if pictures:
-            made.append((explorer, pictures))
-    return tuple(made)
+            views.append((explorer, pictures))
+    return tuple(views)
 
 
 def table(path: Path) -> dict[str, Values]:
@@ -197,7 +197,7 @@ def _view(
     pairs = list(zip(picture.curves, drawn, strict=True))
     # A name stands at the end of its curve, with a second line if it is long, and the value below.
     last = [[[y for y in line if math.isfinite(y)][-1] for line in lines] for lines in drawn]
-    ends = [sum(map(drawn_on.y, own)) / len(own) for own in last]
+    ends = [sum(map(drawn_on.y, values)) / len(values) for values in last]
     heights = spread(ends, [LINE * (2 + (len(curve.label) > LETTERS)) for curve in picture.curves])
     return PictureView(
         picture=picture,
@@ -214,7 +214,7 @@ def _view(
         steps=len(across) - 1,
         limit=round(drawn_on.y(picture.limit[0])) if picture.limit else None,
         claim=known[f"{key}.{picture.claim}"] if picture.claim else None,
-        marks=tuple((one.label, _instants(across, one.period, one.offset, drawn_on.x)) for one in picture.sensors),
+        marks=tuple((mark.label, _instants(across, mark.period, mark.offset, drawn_on.x)) for mark in picture.sensors),
     )
 
 

@@ -77,7 +77,7 @@ def _read(html: str) -> list[str]:
 
 def _raised(text: str) -> str:
     """A text in which a power of a number is part of it, as set: 10⁴ for 10^4."""
-    return _CARET.sub(lambda found: found[1].translate(_RAISED), text)
+    return _CARET.sub(lambda match: match[1].translate(_RAISED), text)
 
 
 def numbers_of(source: Any) -> set[float | Fraction]:

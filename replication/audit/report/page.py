@@ -69,7 +69,7 @@ def shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
     order = list(standings(results))
     records = sorted(results.papers, key=lambda paper: order.index(paper.key))
     papers = [paper_view(paper, results, figures, read) for paper in records]
-    told, drawn = dict.fromkeys(order, None) | briefs(results), field(papers)
+    summaries, drawn = dict.fromkeys(order, None) | briefs(results), field(papers)
     return {
         "results": results,
         "run": results.run,
@@ -79,12 +79,12 @@ def shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
         "certificates_by_path": {certificate.path: certificate for certificate in results.certificates},
         "headline": headline(results),
         "field": drawn,
-        "rows": rows(drawn.lanes, told, figures),
+        "rows": rows(drawn.lanes, summaries, figures),
         "costs": chart(across(results)),
         "groups": GROUPS,
         "plain": plain,
         "terms": terms,
-        "briefs": told,
+        "briefs": summaries,
         "headings": tuple(paper.sums for paper in papers),
         "meaning": MEANING,
         "unprinted": UNPRINTED,
@@ -97,26 +97,26 @@ def _made(
     results: ResultsFile, figures: Path, beside: str, proofs: Mapping[str, Any]
 ) -> tuple[str, dict[str, str], dict[str, Any]]:
     """The page, the evidence that is packed into it, and what both were made from."""
-    made = environment()
+    templates = environment()
     plays = played(proofs)
-    wanted = {"script": True, "check": bool(proofs["entries"]), "play": bool(plays)}
-    scripts = {name: source(f"{name}.js") for name, there in wanted.items() if there}
+    parts = {"script": True, "check": bool(proofs["entries"]), "play": bool(plays)}
+    scripts = {name: source(f"{name}.js") for name, present in parts.items() if present}
     root = results.project.sources(results.run.commit, results.run.dirty) or beside
-    found = shown(results, figures) | {"checked": frozenset(proofs["entries"]), "plays": plays}
-    evidence = drawings(made, {**found, "root": root})
+    context = shown(results, figures) | {"checked": frozenset(proofs["entries"]), "plays": plays}
+    evidence = drawings(templates, {**context, "root": root})
     digests = [base64.b64encode(hashlib.sha256(code.encode()).digest()).decode() for code in scripts.values()]
-    page = made.get_template("template.html.j2").render(
-        found,
+    page = templates.get_template("template.html.j2").render(
+        context,
         root=root,
         beside=beside,
         packed=Markup(packed(evidence)),
         certificates=Markup(packed(proofs)) if proofs["entries"] else "",
         style=Markup(re.sub(r"\n\s+", "\n", style_sheet() + source("check.css"))),
-        drawn=Markup(rules(found["papers"])),
+        drawn=Markup(rules(context["papers"])),
         scripts={name: Markup(code) for name, code in scripts.items()},
         allowed=Markup(" ".join(f"'sha256-{digest}'" for digest in digests)),
     )
-    return page, evidence, found
+    return page, evidence, context
 
 
 def rules(papers: Sequence[PaperView]) -> str:

@@ -144,7 +144,7 @@ class PaperView:
             "numbers": sum(self.printed.numbers.values()),
             "draws": sum(table.drawn for table in self.tables),
             "ladders": len(self.ladders),
-            "outside": sum(not made.inside for made in self.ladders),
+            "outside": sum(not ladder.inside for ladder in self.ladders),
             "errata": len(self.errata),
             "certain": certain,
             "inferred": len(self.errata) - certain,

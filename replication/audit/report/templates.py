@@ -67,25 +67,25 @@ def mathml(latex: str) -> Markup:
 
 def set_inline(text: str) -> str:
     """Markdown with the formulas between single dollar signs as MathML in the line; raises as `mathml`."""
-    return _INLINE.sub(lambda found: mathml(found[1]).replace('display="block"', 'display="inline"'), text)
+    return _INLINE.sub(lambda match: mathml(match[1]).replace('display="block"', 'display="inline"'), text)
 
 
 def prose(text: str) -> Markup:
     """A sentence with indices and powers set, as in "A_e" and "e^{At}"; names of a program and backticks are code."""
     parts, end = [], 0
-    for found in _SET.finditer(text):
-        parts += [escape(text[end : found.start()]), _set(found)]
-        end = found.end()
+    for match in _SET.finditer(text):
+        parts += [escape(text[end : match.start()]), _set(match)]
+        end = match.end()
     return Markup("").join([*parts, escape(text[end:])])
 
 
-def _set(found: re.Match[str]) -> Markup:
-    if found["of"]:
-        of, index = found["of"], _bare(found["index"])
+def _set(match: re.Match[str]) -> Markup:
+    if match["of"]:
+        of, index = match["of"], _bare(match["index"])
         return Markup("{}<sub>{}</sub>").format(_GREEK.get(of, of), _GREEK.get(index, index))
-    if found["power"]:
-        return Markup("<sup>{}</sup>").format(prose(_bare(found["power"])))
-    return Markup("<code>{}</code>").format(found["code"] or found["name"])
+    if match["power"]:
+        return Markup("<sup>{}</sup>").format(prose(_bare(match["power"])))
+    return Markup("<code>{}</code>").format(match["code"] or match["name"])
 
 
 def _bare(text: str) -> str:
@@ -117,7 +117,7 @@ def style_sheet() -> str:
 @cache
 def environment() -> Environment:
     """Templates in which a value that is forgotten or None is an error, and every string is text."""
-    made = Environment(
+    templates = Environment(
         loader=FunctionLoader(source),
         undefined=StrictUndefined,
         autoescape=True,
@@ -126,7 +126,7 @@ def environment() -> Environment:
         keep_trailing_newline=True,
         finalize=_shown,
     )
-    made.filters |= {
+    templates.filters |= {
         "short": numerals.short,
         "rough": numerals.rough,
         "in_words": in_words,
@@ -148,7 +148,7 @@ def environment() -> Environment:
             msgspec.json.encode(value, order="deterministic"), indent=2
         ).decode(),
     }
-    return made
+    return templates
 
 
 def seen(text: str) -> str:

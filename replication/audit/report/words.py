@@ -44,12 +44,12 @@ def linked(html: str, known: Mapping[str, str]) -> Markup:
     ids = [word(term) for term in known]
     met: set[int] = set()
 
-    def link(found: re.Match[str]) -> str:
-        index = int(str(found.lastgroup)[1:])
+    def link(match: re.Match[str]) -> str:
+        index = int(str(match.lastgroup)[1:])
         if index in met:
-            return found[0]
+            return match[0]
         met.add(index)
-        return f'<a class="term" href="#{ids[index]}">{found[0]}</a>'
+        return f'<a class="term" href="#{ids[index]}">{match[0]}</a>'
 
     parts: list[str] = []
     untouched = 0

@@ -56,8 +56,8 @@ class Available(dict[str, Any]):
         return super().__getitem__(name)
 
     def __missing__(self, name: str) -> Any:
-        told = f"experiment {name} is not among those it says it uses; {meant(name, [*self, *self._missing])}"
-        raise AuditError(self._missing.get(name, told))
+        message = f"experiment {name} is not among those it says it uses; {meant(name, [*self, *self._missing])}"
+        raise AuditError(self._missing.get(name, message))
 
 
 @dataclass(frozen=True)
@@ -71,8 +71,8 @@ class _Run:
     def results(self, names: Sequence[str]) -> Available:
         chosen = {name: self.computed[name] for name in names}
         return Available(
-            {name: done.entry.result for name, done in chosen.items() if done.entry is not None},
-            {name: f"experiment {name} failed: {done.error}" for name, done in chosen.items() if done.entry is None},
+            {name: step.entry.result for name, step in chosen.items() if step.entry is not None},
+            {name: f"experiment {name} failed: {step.error}" for name, step in chosen.items() if step.entry is None},
         )
 
     def attempt(self, uses: Sequence[str], function: Callable[[Any], T], place: str = "") -> tuple[T | None, str]:
@@ -90,9 +90,9 @@ def _of_results(failure: Exception, results: Available) -> str:
     """What an error of a paper's function has to do with the results that it read, in words; empty if nothing."""
     read = {name: results[name] for name in sorted(results.read) if name in results}
     if isinstance(failure, KeyError) and failure.args and isinstance(failure.args[0], str):
-        keys = {key for found in read.values() if isinstance(found, dict) for key in found}
+        keys = {key for value in read.values() if isinstance(value, dict) for key in value}
         return f"; of the keys of {', '.join(read)}, {meant(failure.args[0], keys)}" if keys else ""
-    nothing = [name for name, found in read.items() if found is None]
+    nothing = [name for name, value in read.items() if value is None]
     return f"; the result of {', '.join(nothing)} is None: return what the claims are to read" if nothing else ""
 
 
@@ -148,35 +148,35 @@ def assemble(
 
 
 def _experiment(state: _Run, paper: Paper, experiment: Experiment) -> ExperimentRecord:
-    done = state.computed[experiment.name]
-    data = done.entry.data if done.entry is not None else {}
+    step = state.computed[experiment.name]
+    data = step.entry.data if step.entry is not None else {}
     return ExperimentRecord(
         name=experiment.name,
         paper=paper.key,
-        function=done.dependencies.function,
+        function=step.dependencies.function,
         code=state.sources.location(experiment.function),
-        inputs=json.loads(done.dependencies.inputs),
-        key=done.dependencies.key if done.entry is None else done.entry.key,
-        seconds=done.seconds,
-        solvers=done.entry.solvers if done.entry is not None else (),
-        error=done.error,
+        inputs=json.loads(step.dependencies.inputs),
+        key=step.dependencies.key if step.entry is None else step.entry.key,
+        seconds=step.seconds,
+        solvers=step.entry.solvers if step.entry is not None else (),
+        error=step.error,
         read=tuple(data),
         untraced=_untraced(state, [experiment]),
         version=next((now for name, now in data.items() if name.startswith(VERSION)), ""),
     )
 
 
-def _untraced(state: _Run, experiments: Iterable[Experiment]) -> tuple[str, ...]:
+def _untraced(state: _Run, needs: Iterable[Experiment]) -> tuple[str, ...]:
     """What these experiments did that cannot be followed, and what no one sees of those that are commands."""
-    return tuple(sorted({words for one in experiments for words in (*state.computed[one.name].untraced, *unseen(one))}))
+    return tuple(sorted({words for need in needs for words in (*state.computed[need.name].untraced, *unseen(need))}))
 
 
 def _behind(paper: Paper, names: Collection[str]) -> Iterator[Experiment]:
     """The experiments of these names, and all that they need."""
-    for one in paper.experiments:
-        if one.name in names:
-            yield one
-            yield from _behind(paper, one.needs)
+    for experiment in paper.experiments:
+        if experiment.name in names:
+            yield experiment
+            yield from _behind(paper, experiment.needs)
 
 
 def _prove(state: _Run, paper: str, erratum: Erratum) -> ErratumRecord:
@@ -190,8 +190,8 @@ def _claim(
     paper: Paper,
     proofs: Mapping[str, ErratumRecord],
 ) -> ClaimRecord:
-    given = [one.name for one in paper.experiments if one.name in claim.uses and one.is_given(claim)]
-    evidence, error = _answer(state, claim, given)
+    names = [need.name for need in paper.experiments if need.name in claim.uses and need.is_given(claim)]
+    evidence, error = _answer(state, claim, names)
     certificates = [certificate for certificate in state.certificates if claim.id in certificate.claims]
     return make_record(
         claim,
@@ -207,8 +207,8 @@ def _claim(
     )
 
 
-def _answer(state: _Run, claim: Claim, given: Sequence[str]) -> tuple[Evidence | None, str]:
-    """What answers the claim. With its own print moved, it must not follow; given: experiments that have it."""
+def _answer(state: _Run, claim: Claim, names: Sequence[str]) -> tuple[Evidence | None, str]:
+    """What answers the claim. With its own print moved, it must not follow; names: experiments that have it."""
     looked: set[str] = set()
 
     def ask(results: Available) -> Evidence:
@@ -225,19 +225,19 @@ def _answer(state: _Run, claim: Claim, given: Sequence[str]) -> tuple[Evidence |
             "their results, or take uses away"
         )
     if (
-        given
+        names
         and evidence is not None
         and evidence.value is not None
         and stands_there(_flat(evidence.value), claim.printed)
     ):
         return None, (
-            f"claim {claim.id} answers itself: {given[0]} is given {claim.printed} and its value is exactly that; give "
+            f"claim {claim.id} answers itself: {names[0]} is given {claim.printed} and its value is exactly that; give "
             "the experiment what the print follows from"
         )
     if not watch.met or evidence is None or not is_print(claim.printed):
         return evidence, error
     moved = re.sub(
-        r"\d(?=\D|$)(?!\.\d)", lambda one: str(int(one[0]) + (-1) ** (one[0] == "9")), claim.printed, count=1
+        r"\d(?=\D|$)(?!\.\d)", lambda digit: str(int(digit[0]) + (-1) ** (digit[0] == "9")), claim.printed, count=1
     )
     with watched(claim.printed, claim.place, moved):
         again, _ = state.attempt(claim.uses, claim.answer)

@@ -27,16 +27,16 @@ def certify(root: Path, names: Sequence[str], *, again: bool, jobs: int) -> Iter
     Answers are called PAPER/NAME; their error says why none was written, such as one that the verifier refuses. Those
     that are proved already are left alone unless `again`. Raises AuditError for an unknown name.
     """
-    wanted = [(paper, name) for paper in papers(root) for name in theorems(paper, root)[0]]
-    known = [*dict.fromkeys(paper for paper, _ in wanted), *(name for _, name in wanted)]
-    asked = {one_of("paper or theorem", name, known) for name in names}
-    chosen = [(paper, name) for paper, name in wanted if not asked or asked & {paper, name}]
+    pairs = [(paper, name) for paper in papers(root) for name in theorems(paper, root)[0]]
+    known = [*dict.fromkeys(paper for paper, _ in pairs), *(name for _, name in pairs)]
+    selection = {one_of("paper or theorem", name, known) for name in names}
+    chosen = [(paper, name) for paper, name in pairs if not selection or selection & {paper, name}]
     package, folders = read_settings(root).papers, {name: str(path) for name, path in default_packages(root).items()}
     tasks = []
     for paper, name in chosen:
         if again or verify(file_of(paper, name, root), root).theorem is None:
-            made = Dependencies(function=f"{package}.{paper}.certificates:make", inputs=json.dumps({"name": name}))
-            tasks.append(Task(f"{paper}/{name}", made, made.inputs, folders))
+            basis = Dependencies(function=f"{package}.{paper}.certificates:make", inputs=json.dumps({"name": name}))
+            tasks.append(Task(f"{paper}/{name}", basis, basis.inputs, folders))
     for answer in processes(tasks, jobs) if tasks else ():
         yield _finish(answer, root)
 

@@ -65,19 +65,19 @@ def listen(told: Told) -> None:
 
 def dates(function: Any, ours: Callable[[str], bool]) -> bool:
     """Whether a function, or one in files of `ours` that it names, asks `datetime` for now: Python tells nobody."""
-    waiting, seen = [function], set[CodeType]()
+    waiting, codes = [function], set[CodeType]()
     while waiting:
-        one = inspect.unwrap(waiting.pop())
-        code = getattr(one, "__code__", None)
-        if code is None or code in seen or not ours(code.co_filename):
+        subject = inspect.unwrap(waiting.pop())
+        code = getattr(subject, "__code__", None)
+        if code is None or code in codes or not ours(code.co_filename):
             continue
-        seen.add(code)
+        codes.add(code)
         names = {name for part in _codes(code) for name in part.co_names}
         if names & {"now", "utcnow", "today"} and names & {"datetime", "date", "Timestamp"}:
             return True
-        found = [one.__globals__[name] for name in names & one.__globals__.keys()]
-        held = [vars(value) for value in found if isinstance(value, type | ModuleType)]
-        waiting += [*found, *(inner[name] for inner in held for name in names & inner.keys())]
+        values = [subject.__globals__[name] for name in names & subject.__globals__.keys()]
+        held = [vars(value) for value in values if isinstance(value, type | ModuleType)]
+        waiting += [*values, *(inner[name] for inner in held for name in names & inner.keys())]
     return False
 
 
@@ -98,12 +98,12 @@ def shared_generators(told: Callable[[str], None]) -> Iterator[None]:
     """Tell if what runs meanwhile draws from the generators that all modules share, without seeding them."""
     global _seeded
     numpy = importlib.import_module("numpy.random") if "numpy" in sys.modules else None
-    own: Any = numpy.seed if numpy is not None else None
+    seed: Any = numpy.seed if numpy is not None else None
 
     def seeded(*arguments: Any) -> None:
         global _seeded
         _seeded = True
-        own(*arguments)
+        seed(*arguments)
 
     _seeded, before = False, _states(numpy)
     if numpy is not None:
@@ -112,7 +112,7 @@ def shared_generators(told: Callable[[str], None]) -> Iterator[None]:
         yield
     finally:
         if numpy is not None:
-            numpy.seed = own  # type: ignore[attr-defined]
+            numpy.seed = seed  # type: ignore[attr-defined]
         if not _seeded and _states(numpy) != before:
             told(SEEDLESS)
 
@@ -160,12 +160,12 @@ def shared_state(told: Callable[[str], None], ours: Callable[[str], bool]) -> It
 @contextlib.contextmanager
 def _settings() -> Iterator[None]:
     """Put back how NumPy answers errors and prints, and the precision of mpmath, where they are loaded."""
-    with contextlib.ExitStack() as kept:
+    with contextlib.ExitStack() as stack:
         if numpy := sys.modules.get("numpy"):
-            kept.enter_context(numpy.errstate())
-            kept.enter_context(numpy.printoptions())
+            stack.enter_context(numpy.errstate())
+            stack.enter_context(numpy.printoptions())
         if mpmath := sys.modules.get("mpmath"):
-            kept.enter_context(mpmath.workprec(mpmath.mp.prec))
+            stack.enter_context(mpmath.workprec(mpmath.mp.prec))
         yield
 
 

@@ -54,16 +54,16 @@ def on_cluster(address: str, tasks: Sequence[Task]) -> Iterator[Answer]:
 
 def compute_apart(task: bytes) -> bytes:
     """Compute a task in a fresh process on this machine; the JSON of an `Answer`."""
-    done = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-m", "replication.audit.run.cluster", str(os.getpid())],
         input=task,
         stdout=subprocess.PIPE,
         env={**os.environ, **FIXED, "PYTHONPATH": os.pathsep.join(path or "." for path in sys.path)},
         check=False,
     )
-    if done.returncode or not done.stdout:
+    if process.returncode or not process.stdout:
         return msgspec.json.encode(Answer("", None, 0.0, KILLED))
-    return done.stdout
+    return process.stdout
 
 
 def fulfil(task: Task) -> Answer:
@@ -81,19 +81,19 @@ def fulfil(task: Task) -> Answer:
 def _project(function: str) -> Path:
     """The directory on this machine that holds the package of `function`."""
     package = function.partition(":")[0].partition(".")[0]
-    found = importlib.util.find_spec(package)
-    if found is None or not found.submodule_search_locations:
+    spec = importlib.util.find_spec(package)
+    if spec is None or not spec.submodule_search_locations:
         raise AuditError(f"package {package} is not on this machine; install the project there")
-    return Path(found.submodule_search_locations[0]).resolve().parent
+    return Path(spec.submodule_search_locations[0]).resolve().parent
 
 
-def _other(wanted: Dependencies, sources: SourceTree) -> str:
+def _other(dependencies: Dependencies, sources: SourceTree) -> str:
     """What this machine has not as a task wants it, as a sentence; empty if all is there."""
-    packages = plain(wanted.packages)
-    found = {**sources.files_of(wanted.function.partition(":")[0]), **read_packages(packages)}
-    found |= {"Python": python_minor(platform.python_version()), KERNEL: kernel() if wanted.kernel else ""}
-    expected = {**wanted.sources, **packages, "Python": wanted.python, KERNEL: wanted.kernel}
-    different = [name for name, value in expected.items() if found.get(name) != value]
+    packages = plain(dependencies.packages)
+    states = {**sources.files_of(dependencies.function.partition(":")[0]), **read_packages(packages)}
+    states |= {"Python": python_minor(platform.python_version()), KERNEL: kernel() if dependencies.kernel else ""}
+    expected = {**dependencies.sources, **packages, "Python": dependencies.python, KERNEL: dependencies.kernel}
+    different = [name for name, value in expected.items() if states.get(name) != value]
     if not different:
         return ""
     listed = ", ".join(different[:4])

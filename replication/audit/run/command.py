@@ -63,8 +63,8 @@ def execute(
     """
     project = Path(root)
     names = list(_files(project, [*reads, *([environment] if environment else [])]))
-    with tempfile.TemporaryDirectory(prefix="replication-") as made:
-        folder = Path(made).resolve() / "work"
+    with tempfile.TemporaryDirectory(prefix="replication-") as temporary:
+        folder = Path(temporary).resolve() / "work"
         for inner in (
             folder,
             folder.with_name("tmp"),
@@ -82,32 +82,32 @@ def execute(
         note(*(f"./{name}" for name in names), *(f"env:{name}" for name in variables))
         note(*(f"program:{word}" for word in programs if os.sep not in word or Path(word).is_absolute()))
         note(*([f"{VERSION}{json.dumps(list(version))}"] if version else []))
-        given = (os.environ.get(name, "") for name in variables)
-        texts = ["\n".join([*command, *given]).encode(), *map(_bytes, folder.rglob("*"))]
+        values = (os.environ.get(name, "") for name in variables)
+        texts = ["\n".join([*command, *values]).encode(), *map(_bytes, folder.rglob("*"))]
         outside: set[Path] = set()
         while texts:  # what it names outside may name more
             beyond = set(named({path for text in texts for path in _outside(text, folder)})) - outside
             outside, texts = outside | beyond, [_bytes(path) for path in beyond if not of_machine(path)]
-        before, there = _seen(folder, project, names), _around(folder, project, outside)
+        before, stats = _seen(folder, project, names), _around(folder, project, outside)
         hidden = (str(path.relative_to(project)) for name in reads for path in (project / name).rglob(".*"))
         output = _run(command, folder, variables, hidden)
         after, now = _seen(folder, project, names), _around(folder, project, outside)
         new = after.keys() - before.keys()
-        for found, words in (
+        for paths, words in (
             ({name for name in before if after.get(name) != before[name]},
              "it changes what it reads: {}; let it write another file"),
-            (now.keys() - there.keys(), "it writes outside of its folder: {}; let it write where it starts"),
+            (now.keys() - stats.keys(), "it writes outside of its folder: {}; let it write where it starts"),
             (new - set(writes), "it writes {}, which it does not declare; add to writes=[...]"),
             (set(writes) - new, "it did not write {}, as it declares; look whether it ends early"),
         ):  # fmt: skip
-            if found:
-                raise AuditError(words.format(", ".join(sorted(found)[:4])))
-        for path in sorted(path for path in there if there[path] != now.get(path)):
+            if paths:
+                raise AuditError(words.format(", ".join(sorted(paths)[:4])))
+        for path in sorted(path for path in stats if stats[path] != now.get(path)):
             loose(f"{path.removeprefix(f'{project}/')} changed while it ran")
         note(files={name: _keep(folder / name, Path(store)) for name in writes})
         if answer == OUTPUT:
-            told = not writes or output.lstrip()[:1] in (b"{", b"[")  # else it only says what it does
-            return _json(output, f"`{' '.join(command)}`: its output") if told else {"files": list(writes)}
+            is_data = not writes or output.lstrip()[:1] in (b"{", b"[")  # else it only says what it does
+            return _json(output, f"`{' '.join(command)}`: its output") if is_data else {"files": list(writes)}
         text = (folder / answer).read_text(encoding="utf-8-sig")
         return _csv(text, answer) if answer.endswith(".csv") else _json(text, f"`{' '.join(command)}`: {answer}")
 
@@ -132,8 +132,8 @@ def held(file: str, sha256: str, root: str, store: str, needed: Mapping[str, str
         raise AuditError(
             f"{file!r} is not in {root}, and no [[command]] of claims.toml writes it; make it, or name it in `writes`"
         )
-    if sha256 and (found := checksum(path)) != sha256:
-        raise AuditError(f"{file} has the SHA-256 {found}, not {sha256}; it is another file than was declared")
+    if sha256 and (digest := checksum(path)) != sha256:
+        raise AuditError(f"{file} has the SHA-256 {digest}, not {sha256}; it is another file than was declared")
     try:
         text = path.read_text(encoding="utf-8-sig")
     except UnicodeDecodeError:
@@ -160,13 +160,13 @@ def _files(project: Path, reads: Sequence[str]) -> Iterator[str]:
 
 
 def _run(command: Sequence[str], folder: Path, variables: Sequence[str], hidden: Iterable[str]) -> bytes:
-    kept = {name: os.environ[name] for name in ("PATH", *variables) if name in os.environ}
-    line, own = " ".join(command), str(folder.with_name("tmp"))  # R_PROFILE: R's start-up file that is not in HOME
+    environment = {name: os.environ[name] for name in ("PATH", *variables) if name in os.environ}
+    line, home = " ".join(command), str(folder.with_name("tmp"))  # R_PROFILE: R's start-up file that is not in HOME
     try:
         process = subprocess.Popen(
             list(command),
             cwd=folder,
-            env={"HOME": own, "R_PROFILE": os.devnull, **kept, **FIXED, "TMPDIR": own},
+            env={"HOME": home, "R_PROFILE": os.devnull, **environment, **FIXED, "TMPDIR": home},
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -182,12 +182,12 @@ def _run(command: Sequence[str], folder: Path, variables: Sequence[str], hidden:
         raise
     if code := process.returncode:
         lines = [line.strip() for line in complaint.decode(errors="replace").splitlines() if line.strip()]
-        told = "; ".join(filter(_TELLING.search, lines)) or (lines[-1] if lines else "it says nothing")
-        told = told.replace(own, "~").replace(f"{folder}/", "")
+        message = "; ".join(filter(_TELLING.search, lines)) or (lines[-1] if lines else "it says nothing")
+        message = message.replace(home, "~").replace(f"{folder}/", "")
         ended = f"ended with code {code}" if code > 0 else f"was ended by signal {-code} ({signal.strsignal(-code)})"
         left = listed(sorted(set(hidden)))
         more = f"; hidden files are left out, unless reads names them: {left}" if left else ""
-        raise AuditError(f"`{line}` {ended}: {told[:LONGEST]}{more}")
+        raise AuditError(f"`{line}` {ended}: {message[:LONGEST]}{more}")
     return output
 
 
@@ -200,8 +200,8 @@ def _keep(path: Path, store: Path) -> str:
 def _around(folder: Path, project: Path, outside: Iterable[Path]) -> dict[str, tuple[int, int]]:
     """Size and time of the files of the project that are not hidden, of those beside a command's folder and outside."""
     beside = (path for path in (*folder.parent.iterdir(), *outside) if path.is_file())
-    found = ((path, path.stat()) for path in (*visible(project, apart=("__pycache__",)), *beside))
-    return {str(path): (state.st_size, state.st_mtime_ns) for path, state in found}
+    stats = ((path, path.stat()) for path in (*visible(project, apart=("__pycache__",)), *beside))
+    return {str(path): (state.st_size, state.st_mtime_ns) for path, state in stats}
 
 
 def _seen(folder: Path, project: Path, names: Sequence[str]) -> dict[str, str]:

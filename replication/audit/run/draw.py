@@ -45,18 +45,18 @@ RELATIVE, OF_LARGEST = 1e-6, 1e-7
 def settled(fresh: FigureData, path: Path) -> FigureData:
     """The data of the CSV file at `path` if all of `fresh` agrees with them, else `fresh` in `DIGITS` digits."""
     try:
-        kept = read_columns(path)
+        columns = read_columns(path)
     except (OSError, ValueError):
-        kept = {}
-    if list(kept) == list(fresh.columns) and all(_agree(kept[name], fresh.columns[name]) for name in kept):
-        return FigureData(columns=kept)
+        columns = {}
+    if list(columns) == list(fresh.columns) and all(_agree(columns[name], fresh.columns[name]) for name in columns):
+        return FigureData(columns=columns)
     return FigureData(columns={name: tuple(map(_rounded, column)) for name, column in fresh.columns.items()})
 
 
-def _agree(kept: Sequence[float], fresh: Sequence[float]) -> bool:
+def _agree(column: Sequence[float], fresh: Sequence[float]) -> bool:
     largest = max(map(abs, fresh), default=0.0)
-    return len(kept) == len(fresh) and all(
-        abs(old - new) <= RELATIVE * abs(new) + OF_LARGEST * largest for old, new in zip(kept, fresh, strict=True)
+    return len(column) == len(fresh) and all(
+        abs(old - new) <= RELATIVE * abs(new) + OF_LARGEST * largest for old, new in zip(column, fresh, strict=True)
     )
 
 
@@ -94,8 +94,8 @@ class Drawings:
                 continue
             results = {name: entry.result for name in figure.uses if (entry := steps[name].entry) is not None}
             needed = self._needed(paper, figure, results)
-            kept = self._cache.lookup(f"figure.{figure.name}", needed, partial(state, tree=self._tree)).entry
-            drawn = None if kept is None else msgspec.convert({**kept.result, "read": kept.data}, Drawn)
+            drawing = self._cache.lookup(f"figure.{figure.name}", needed, partial(state, tree=self._tree)).entry
+            drawn = None if drawing is None else msgspec.convert({**drawing.result, "read": drawing.data}, Drawn)
             if self._directory is not None and (
                 drawn is None or drawn.files != checksums(self._directory, figure.name)
             ):
@@ -124,8 +124,8 @@ class Drawings:
         files = checksums(directory, figure.name)
         if not (record.error or loose):
             result = {"record": msgspec.to_builtins(record), "files": files}
-            made = Entry(dependencies=needed, data=data, seconds=0.0, solvers=(), result=result)
-            self._cache.store(f"figure.{figure.name}", made)
+            entry = Entry(dependencies=needed, data=data, seconds=0.0, solvers=(), result=result)
+            self._cache.store(f"figure.{figure.name}", entry)
         return Drawn(record, files, data, loose)
 
 
@@ -213,11 +213,11 @@ def _said(what: str, text: object, data: FigureData, stated: Sequence[str]) -> s
     def ask(columns: Any) -> tuple[Any]:
         return (text(FigureData(columns=columns)) if callable(text) else text,)
 
-    (said,) = ask(data.columns)
-    if not isinstance(said, str):
-        raise AuditError(f"its {what} is {said!r:.80}; return a string")
+    (words,) = ask(data.columns)
+    if not isinstance(words, str):
+        raise AuditError(f"its {what} is {words!r:.80}; return a string")
     require_found(what, ask, data.columns, stated)
-    return said
+    return words
 
 
 def _described(figure: Figure, data: FigureData) -> str:

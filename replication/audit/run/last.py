@@ -51,13 +51,13 @@ class Last:
     def said(self) -> Said | None:
         """What was said, if nothing has changed since; None otherwise."""
         try:
-            kept = json.loads(self._path.read_bytes())
-            told = msgspec.convert(kept["said"], Said)
-            whole = kept["sha256"] == self._checksum(self._before, told, kept["read"])
-            whole = whole and self._now(kept["read"]) == kept["read"]
+            record = json.loads(self._path.read_bytes())
+            answer = msgspec.convert(record["said"], Said)
+            whole = record["sha256"] == self._checksum(self._before, answer, record["read"])
+            whole = whole and self._now(record["read"]) == record["read"]
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
             return None
-        return told if whole else None
+        return answer if whole else None
 
     def keep(self, said: Said, loading: Trace, read: Iterable[str] = (), loose: Iterable[str] = ()) -> None:
         """Keep what was said, unless something cannot be followed, or something else changed files meanwhile.
@@ -72,25 +72,25 @@ class Last:
         changed = {path for path in self._before.keys() | after.keys() if self._before.get(path) != after.get(path)}
         if all(any(Path(path).is_relative_to(place) for place in self._written) for path in changed):
             now = self._now(filter(self._hidden, sorted({*read, *labels(loading, tree, None)})))
-            kept = {"said": said, "read": now, "sha256": self._checksum(after, said, now)}
+            record = {"said": said, "read": now, "sha256": self._checksum(after, said, now)}
             with contextlib.suppress(OSError):
-                write_atomically(self._path, json.dumps(kept).encode())
+                write_atomically(self._path, json.dumps(record).encode())
 
     def _hidden(self, label: str) -> bool:
         """Whether the files that are looked through lack what was read."""
         inside = label.removeprefix("./").split("/")
-        seen = label.startswith("./") or inside[0] in ("replication", read_settings(self._root).papers)
-        return not seen or any(part.startswith(".") for part in inside)
+        inner = label.startswith("./") or inside[0] in ("replication", read_settings(self._root).papers)
+        return not inner or any(part.startswith(".") for part in inside)
 
     def _now(self, names: Iterable[str]) -> dict[str, str]:
         tree = SourceTree(default_packages(self._root))
         return {name: state(name, tree) for name in names}
 
     def _files(self) -> dict[str, str]:
-        found = {path for place in self._places for path in visible(place.resolve()) if path.name not in INDEX}
-        return {str(path): sha256(path) for path in sorted(found)}
+        paths = {path for place in self._places for path in visible(place.resolve()) if path.name not in INDEX}
+        return {str(path): sha256(path) for path in sorted(paths)}
 
-    def _checksum(self, files: Mapping[str, str], said: Said, read: Mapping[str, str]) -> str:
+    def _checksum(self, files: Mapping[str, str], answer: Said, read: Mapping[str, str]) -> str:
         language = {name: value for name, value in os.environ.items() if name.startswith(LANGUAGE)}
-        whole: list[Any] = [self._asked, machine(self._root), language, files, said, read]
+        whole: list[Any] = [self._asked, machine(self._root), language, files, answer, read]
         return sha256(json.dumps(whole, sort_keys=True))

@@ -77,11 +77,11 @@ def _computed(tasks: Sequence[Task], jobs: int) -> Iterator[Answer]:
 
 def _end(executor: Any) -> None:
     """End its processes. joblib does so by psutil or `pgrep`, and would wait minutes where there is neither."""
-    found = shutil.which("pgrep") or importlib.util.find_spec("psutil")
-    for process in () if found else list((executor._processes or {}).values()):
+    tool = shutil.which("pgrep") or importlib.util.find_spec("psutil")
+    for process in () if tool else list((executor._processes or {}).values()):
         with contextlib.suppress(ProcessLookupError):
             os.kill(process.pid, signal.SIGKILL)
-    executor.shutdown(wait=True, kill_workers=bool(found))
+    executor.shutdown(wait=True, kill_workers=bool(tool))
 
 
 def _executor(jobs: int) -> Any:

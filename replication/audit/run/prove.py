@@ -28,5 +28,5 @@ def prove(path: str, root: str, subject: dict[str, str]) -> dict[str, Any]:
         "upper": written(theorem.upper),
         "holds": theorem.holds,
         "items": written(theorem.items),
-        "says": [asdict(one) for one in theorem.says],
+        "says": [asdict(term) for term in theorem.says],
     }

@@ -91,54 +91,54 @@ def run(
     drawings = Drawings(papers, figures, cache, root, environment)
     now = partial(state, tree=sources)
     plans: dict[str, Plan] = {}
-    done: dict[str, Step] = {}
+    steps: dict[str, Step] = {}
     lookup = partial(cache.lookup, now=now)
     proving = [
-        Experiment(name=one.task, function=prove, inputs={"path": one.path, "subject": dict(one.subject)})
-        for one in certificates
+        Experiment(name=proof.task, function=prove, inputs={"path": proof.path, "subject": dict(proof.subject)})
+        for proof in certificates
     ]
     for wave in _waves([*_all(papers), *proving], sources):
-        done |= {step.name: step for experiment in wave if (step := _blocked(experiment, done)) is not None}
-        ready = [experiment for experiment in wave if experiment.name not in done]
-        planned = _plan(ready, done, (root, cache.files), environment, lookup, sources, timeout)
+        steps |= {step.name: step for experiment in wave if (step := _blocked(experiment, steps)) is not None}
+        ready = [experiment for experiment in wave if experiment.name not in steps]
+        planned = _plan(ready, steps, (root, cache.files), environment, lookup, sources, timeout)
         for name, (_, known) in planned.items():
             if (entry := known.entry) is not None:
-                done[name] = Step(name, Action.REUSED, known.reason, entry.seconds, entry.dependencies, entry)
+                steps[name] = Step(name, Action.REUSED, known.reason, entry.seconds, entry.dependencies, entry)
         plans |= planned
-        tasks = _longest_first([plan for name, plan in planned.items() if name not in done])
+        tasks = _longest_first([plan for name, plan in planned.items() if name not in steps])
         answers = executor(tasks) if tasks else ()
         for number, answer in enumerate(answers, 1):
-            done[answer.name] = _finish(answer, plans[answer.name], cache, sources)
-            progress(f"[{number}/{len(tasks)}] {done[answer.name]}")
-            drawings.draw(done)
-    drawings.draw(done)
+            steps[answer.name] = _finish(answer, plans[answer.name], cache, sources)
+            progress(f"[{number}/{len(tasks)}] {steps[answer.name]}")
+            drawings.draw(steps)
+    drawings.draw(steps)
     declared = set(map(canonical, environment.packages))
     versions = {name: version for task, _ in plans.values() for name, version in task.dependencies.packages.items()}
     imported = {name: version for name, version in plain(versions).items() if canonical(name) not in declared}
     environment = replace(environment, loaded=imported)
     order = [*(experiment.name for experiment in _all(papers)), *(entry.task for entry in certificates)]
-    values = {name: entry.result for name in order if (entry := done[name].entry) is not None}
-    proofs = [record(one, values.pop(one.task, None), done[one.task].error) for one in certificates]
+    values = {name: entry.result for name in order if (entry := steps[name].entry) is not None}
+    proofs = [record(proof, values.pop(proof.task, None), steps[proof.task].error) for proof in certificates]
     with traced(root) as trace:
-        results, failures, unused = assemble(papers, done, run_record(root, environment), sources, proofs, unproved)
-    entries = [step.entry for step in done.values() if step.entry is not None]
+        results, failures, unused = assemble(papers, steps, run_record(root, environment), sources, proofs, unproved)
+    entries = [step.entry for step in steps.values() if step.entry is not None]
     drawn = [figure for figure in drawings.done.values() if figure is not None]
     read = {label: now for entry in entries for label, now in entry.data.items()} | labels(trace, sources, ())
     read |= {label: now for figure in drawn for label, now in figure.read.items()}
-    own = (".", *packages)
+    folders = (".", *packages)
     elsewhere = [(label, sha) for task, _ in plans.values() for label, sha in task.dependencies.sources.items()]
-    read |= {label: sha for label, sha in elsewhere if label.partition("/")[0] not in own}
-    told = [entry.untraced for entry in entries] + [one.untraced for one in drawn] + [untraced(trace, sources, ())]
+    read |= {label: sha for label, sha in elsewhere if label.partition("/")[0] not in folders}
+    notes = [entry.untraced for entry in entries] + [plot.untraced for plot in drawn] + [untraced(trace, sources, ())]
     figured = tuple(figure.record for figure in drawn)
     return Outcome(
         results_by_experiment=values,
         results=msgspec.structs.replace(results, project=read_settings(root), figures=figured),
-        log=tuple(done[name] for name in order),
+        log=tuple(steps[name] for name in order),
         failures=failures,
         unused=unused,
         environment=environment,
         traced=read,
-        untraced=tuple(sorted({words for part in told for words in part})),
+        untraced=tuple(sorted({words for part in notes for words in part})),
         drawn=drawings.done,
     )
 
@@ -164,9 +164,9 @@ def _waves(experiments: Sequence[Experiment], sources: SourceTree) -> Iterator[l
         order.done(*wave)
 
 
-def _blocked(experiment: Experiment, done: Mapping[str, Step]) -> Step | None:
+def _blocked(experiment: Experiment, steps: Mapping[str, Step]) -> Step | None:
     """The failure of an experiment that needs one which failed; None for any other."""
-    failed = [name for name in experiment.needs if done[name].entry is None]
+    failed = [name for name in experiment.needs if steps[name].entry is None]
     if not failed:
         return None
     inputs = encode(experiment.name, dict(experiment.inputs), sort=True)
@@ -177,7 +177,7 @@ def _blocked(experiment: Experiment, done: Mapping[str, Step]) -> Step | None:
 
 def _plan(
     experiments: Sequence[Experiment],
-    done: Mapping[str, Step],
+    steps: Mapping[str, Step],
     places: tuple[Path, Path],
     environment: Environment,
     lookup: Callable[[str, Dependencies], Lookup],
@@ -191,10 +191,10 @@ def _plan(
     packages = functools.cache(lambda module: loaded(sources.installed_of(module)))
     for experiment in experiments:
         name, function, inputs = experiment.name, function_name(experiment), dict(experiment.inputs)
-        files_of = [entry.files for other in experiment.needs if (entry := done[other].entry) is not None]
+        files_of = [entry.files for need in experiment.needs if (entry := steps[need].entry) is not None]
         needed = {file: sha256 for files in files_of for file, sha256 in files.items()}
         place = {"root": root} if experiment.function is prove else {"root": root, "store": store, "needed": needed}
-        own = experiment.function in (prove, execute, held)
+        internal = experiment.function in (prove, execute, held)
         module = function.partition(":")[0]
         text = encode(f"the inputs of {name}", inputs, sort=True)
         files, dynamic = sources.files_of(module), sources.is_dynamic(module)
@@ -202,7 +202,7 @@ def _plan(
             files |= {label: sha for parent in parents(module) for label, sha in sources.files_of(parent).items()}
         setting = environment.of_key(packages(module), exact=experiment.function is prove)
         dependencies = Dependencies(sources=files, function=function, inputs=text, needed=needed, **setting)
-        arguments = encode(f"the inputs of {name}", {**inputs, **place}) if own else text
+        arguments = encode(f"the inputs of {name}", {**inputs, **place}) if internal else text
         task = Task(name, dependencies, arguments, folders, dynamic, experiment.timeout or timeout)
         plans[name] = task, lookup(name, dependencies)
     return plans
@@ -232,8 +232,8 @@ def _finish(answer: Answer, plan: Plan, cache: Cache, sources: SourceTree) -> St
         if answer.text is not None:
             result = json.loads(answer.text)
             solvers = solvers_in(f"the result of {answer.name}", result)
-            found = {name: getattr(answer, name) for name in ("data", "untraced", "files", "seconds")}
-            entry = Entry(dependencies=task.dependencies, solvers=solvers, result=result, **found)
+            fields = {name: getattr(answer, name) for name in ("data", "untraced", "files", "seconds")}
+            entry = Entry(dependencies=task.dependencies, solvers=solvers, result=result, **fields)
             moved = any(state(label, sources) != now for label, now in answer.data.items())
             whole = sources.unchanged(task.dependencies.sources) and not moved
             unkept = cache.store(answer.name, entry) if whole else EDITED

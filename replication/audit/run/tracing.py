@@ -140,8 +140,8 @@ def state(label: str, tree: SourceTree) -> str:
         value = os.environ.get(name)
         return ABSENT if value is None else sha256(value.encode(errors="surrogateescape"))
     if kind == "package":
-        found = installed(name)
-        return ABSENT if found is None else found.version
+        distribution = installed(name)
+        return ABSENT if distribution is None else distribution.version
     if kind == "version":
         return said(tuple(json.loads(name)))
     if kind == "program":
@@ -153,10 +153,10 @@ def state(label: str, tree: SourceTree) -> str:
     path = Path(label) if label.startswith("/") else tree.path(label)
     with contextlib.suppress(OSError, ValueError):
         if label.endswith("/"):
-            seen = (
+            names = (
                 entry.name for entry in path.iterdir() if not entry.name.startswith(".") and entry.name != "__pycache__"
             )
-            return sha256("\n".join(sorted(seen)))
+            return sha256("\n".join(sorted(names)))
         return sha256(path.read_bytes())
     return ABSENT
 
@@ -165,11 +165,11 @@ def state(label: str, tree: SourceTree) -> str:
 def said(command: tuple[str, ...]) -> str:
     """The first line of what a program says of its version; `ABSENT` if it fails or says nothing."""
     try:
-        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+        process = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
     except (OSError, subprocess.TimeoutExpired):
         return ABSENT
-    lines = (done.stdout + done.stderr).strip().splitlines()
-    return lines[0] if lines and not done.returncode else ABSENT
+    lines = (process.stdout + process.stderr).strip().splitlines()
+    return lines[0] if lines and not process.returncode else ABSENT
 
 
 @functools.cache
@@ -192,8 +192,8 @@ def _counts(path: str, root: str) -> bool:
         return False
     if path.startswith(root):
         return not path.startswith((f"{sys.prefix}/", f"{sys.exec_prefix}/"))
-    kept = (*_MACHINE, f"{sys.prefix}/", f"{sys.base_prefix}/", str(Path.home() / ".config"))
-    return not path.startswith(kept) and not (path.startswith(tempfile.gettempdir()) and not Path(path).exists())
+    prefixes = (*_MACHINE, f"{sys.prefix}/", f"{sys.base_prefix}/", str(Path.home() / ".config"))
+    return not path.startswith(prefixes) and not (path.startswith(tempfile.gettempdir()) and not Path(path).exists())
 
 
 @functools.cache
@@ -231,15 +231,15 @@ def named(paths: Iterable[str]) -> tuple[Path, ...]:
     if (active := _active) is None:
         return ()
     for path in sorted(map(Path, paths)):
-        there = next(one for one in (path, *path.parents) if os.path.exists(one))  # noqa: PTH110 - any text may be one
-        if there.is_file() and not str(there).startswith(("/proc/", "/sys/")):
-            inside = there.is_relative_to(active.root)
-            note(f"./{there.relative_to(active.root)}" if inside else str(there))
-            files.append(there)
-        elif len(there.parts) > 1 and (
-            not of_machine(there) or there.is_relative_to("/dev/shm") or "share" in path.parts[2:-1]
+        place = next(ancestor for ancestor in (path, *path.parents) if os.path.exists(ancestor))  # noqa: PTH110 - any text may be one
+        if place.is_file() and not str(place).startswith(("/proc/", "/sys/")):
+            inside = place.is_relative_to(active.root)
+            note(f"./{place.relative_to(active.root)}" if inside else str(place))
+            files.append(place)
+        elif len(place.parts) > 1 and (
+            not of_machine(place) or place.is_relative_to("/dev/shm") or "share" in path.parts[2:-1]
         ):
-            loose(f"files in {there}")
+            loose(f"files in {place}")
     return tuple(files)
 
 
@@ -275,15 +275,15 @@ def _hear(event: str, arguments: tuple[Any, ...]) -> None:
         if isinstance(arguments[0], str | bytes | os.PathLike) and not by.startswith("<frozen importlib"):
             flags = (arguments[2] or 0) if event == "open" else 0
             path = os.fsdecode(arguments[0])
-            own = path.endswith(f"/{CONFIGURATION}") and _asking(frame).startswith(_HOME)
+            internal = path.endswith(f"/{CONFIGURATION}") and _asking(frame).startswith(_HOME)
             # A folder that is removed is opened by names within the one above.
             removed = frame.f_code.co_name.startswith("_rmtree")
-            if not (own or removed or by.endswith(("/linecache.py", "/tokenize.py"))):
+            if not (internal or removed or by.endswith(("/linecache.py", "/tokenize.py"))):
                 _open(path, flags, frame, library=event == "ctypes.dlopen")
     elif event in LISTS:
         # What this program lists, such as the papers there are, is no data of a computation.
-        own = by.startswith("<frozen importlib") or by.endswith(_SEEKERS) or _asking(frame).startswith(_HOME)
-        if not (own or isinstance(arguments[0], int)):
+        internal = by.startswith("<frozen importlib") or by.endswith(_SEEKERS) or _asking(frame).startswith(_HOME)
+        if not (internal or isinstance(arguments[0], int)):
             _owner(frame).read[f"{os.path.abspath(os.fsdecode(arguments[0] or '.'))}/"] = None  # noqa: PTH100
     elif event in PROGRAMS:
         machine = ("/ctypes/util.py", "/platform.py", "/font_manager.py")
@@ -308,11 +308,11 @@ def _open(path: str, flags: int, frame: FrameType, *, library: bool) -> None:
         if path not in owner.read:
             owner.written.add(path)
         assert _active is not None
-        kept = not path.startswith(tempfile.gettempdir()) or path.startswith(_active.root)
+        lasting = not path.startswith(tempfile.gettempdir()) or path.startswith(_active.root)
         asking = _asking(frame)
-        if kept and _counts(path, _active.root) and not asking.startswith(_HOME):
+        if lasting and _counts(path, _active.root) and not asking.startswith(_HOME):
             owner.untraced[f"writes {path.removeprefix(_active.root)}"] = None
-        elif not kept and ours(asking):
+        elif not lasting and ours(asking):
             owner.passing.add(path)
     elif path and path not in owner.written:
         owner.read[path] = None

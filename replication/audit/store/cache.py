@@ -124,8 +124,8 @@ class Entry(msgspec.Struct, frozen=True, kw_only=True):
     @property
     def key(self) -> str:
         """SHA-256 of all that it was computed from."""
-        own = self.dependencies.key
-        return sha256(f"{own}{json.dumps(self.data, sort_keys=True)}") if self.data else own
+        digest = self.dependencies.key
+        return sha256(f"{digest}{json.dumps(self.data, sort_keys=True)}") if self.data else digest
 
 
 @dataclass(frozen=True)

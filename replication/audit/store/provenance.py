@@ -35,18 +35,18 @@ _PIN = re.compile(r"^([A-Za-z0-9][A-Za-z0-9._-]*)==([^\s;\\#]+)", re.MULTILINE)
 def loaded(modules: Iterable[str]) -> dict[str, str]:
     """The distributions that own these modules, and all that these require, with version and checksum of the files."""
     waiting = [name for module in modules for name in owners().get(module, ())]
-    found: dict[str, str] = {}
-    seen: set[str] = set()
+    versions: dict[str, str] = {}
+    names: set[str] = set()
     while waiting:
         name = canonical(waiting.pop())
-        if name in seen or name == OWN:
+        if name in names or name == OWN:
             continue
-        seen.add(name)
+        names.add(name)
         if (known := _known(name)) is not None:
             title, version, required = known
-            found[title] = version
+            versions[title] = version
             waiting.extend(required)
-    return dict(sorted(found.items()))
+    return dict(sorted(versions.items()))
 
 
 def canonical(name: str) -> str:
@@ -89,32 +89,32 @@ def _installed() -> Iterator[str]:
 @functools.cache
 def owners() -> Mapping[str, list[str]]:
     """The distributions that own each top-level module."""
-    found = importlib.metadata.packages_distributions()
-    return {module: [name for name in names if name] for module, names in found.items()}
+    distributions = importlib.metadata.packages_distributions()
+    return {module: [name for name in names if name] for module, names in distributions.items()}
 
 
 def installed(name: str) -> importlib.metadata.Distribution | None:
     """The distribution of that name; an empty folder that an interrupted installation left is none."""
     with contextlib.suppress(ValueError):
-        return next((found for found in importlib.metadata.distributions(name=name) if found.metadata["Name"]), None)
+        return next((dist for dist in importlib.metadata.distributions(name=name) if dist.metadata["Name"]), None)
     return None
 
 
 @functools.cache
 def _known(name: str) -> tuple[str, str, tuple[str, ...]] | None:
-    found = installed(name)
-    if found is None:
+    dist = installed(name)
+    if dist is None:
         return None
-    needed = (text for text in found.requires or () if "extra ==" not in text)
+    needed = (text for text in dist.requires or () if "extra ==" not in text)
     required = tuple(re.split(r"[^A-Za-z0-9._-]", text, maxsplit=1)[0] for text in needed)
-    return found.metadata["Name"], f"{found.version} {_files(found.read_text('RECORD') or '')}", required
+    return dist.metadata["Name"], f"{dist.version} {_files(dist.read_text('RECORD') or '')}", required
 
 
 def _files(record: str) -> str:
     """A checksum of what a distribution installed that can be run or read, not of what Python makes of it."""
     lines = (line for line in record.splitlines() if ".dist-info/" not in line and not line.startswith(".."))
-    kept = sorted(line for line in lines if ".pyc," not in line)
-    return sha256("\n".join(kept))[:8]
+    rows = sorted(line for line in lines if ".pyc," not in line)
+    return sha256("\n".join(rows))[:8]
 
 
 COMPUTING = ("estimation", "proofs")
@@ -220,8 +220,8 @@ def git(root: Path, *arguments: str) -> str | None:
     program = shutil.which("git")
     if program is None:
         return None
-    done = subprocess.run([program, "-C", str(root), *arguments], capture_output=True, text=True, check=False)
-    return done.stdout.strip() if done.returncode == 0 else None
+    process = subprocess.run([program, "-C", str(root), *arguments], capture_output=True, text=True, check=False)
+    return process.stdout.strip() if process.returncode == 0 else None
 
 
 def _package_versions(root: Path) -> dict[str, str]:
@@ -234,8 +234,8 @@ def _package_versions(root: Path) -> dict[str, str]:
     if declared is None:
         declared = [text for text in required() if "extra ==" not in text]
         optional = [text for text in required() if text.partition("extra == ")[2].strip("\"'") in COMPUTING]
-    there = {_name(text) for text in optional if installed(_name(text)) is not None}
-    return read_packages(sorted({*map(_name, declared), *there}))
+    names = {_name(text) for text in optional if installed(_name(text)) is not None}
+    return read_packages(sorted({*map(_name, declared), *names}))
 
 
 def _name(requirement: str) -> str:
@@ -260,8 +260,8 @@ def _blas() -> str:
 
 def kernel() -> str:
     """The instruction set of numpy's and scipy's linear algebra; what else is loaded hangs on what ran before."""
-    own = [pool for pool in _pools() if {"numpy", "scipy"} & set(re.split(r"[^a-z]+", pool["filepath"]))]
-    return "; ".join(sorted({pool.get("architecture", "unknown") for pool in own or _pools()})) or "unknown"
+    pools = [pool for pool in _pools() if {"numpy", "scipy"} & set(re.split(r"[^a-z]+", pool["filepath"]))]
+    return "; ".join(sorted({pool.get("architecture", "unknown") for pool in pools or _pools()})) or "unknown"
 
 
 def _pools() -> list[dict[str, Any]]:

@@ -261,8 +261,8 @@ class ResultsFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 def shared(record: type[msgspec.Struct], declared: Any) -> dict[str, Any]:
     """The fields that a record has in common with what the code declares, its functions aside."""
-    given = {name: getattr(declared, name, shared) for name in record.__struct_fields__}
-    return {name: value for name, value in given.items() if not callable(value)}
+    fields = {name: getattr(declared, name, shared) for name in record.__struct_fields__}
+    return {name: value for name, value in fields.items() if not callable(value)}
 
 
 def to_json(results: ResultsFile) -> bytes:
@@ -290,10 +290,10 @@ def read_results(path: Path, *, whole: bool = True) -> ResultsFile:
             )
         results = msgspec.convert(content, ResultsFile)
         # A run writes every field: one that was taken out, or put into a predicate, must not pass.
-        for where, there, written in unlike(content, msgspec.to_builtins(results)) if whole else ():
+        for where, value, written in unlike(content, msgspec.to_builtins(results)) if whole else ():
             place, _, field = where.rpartition(".")
-            said = f"`{field}` is {there!r:.80}, where a run writes {written!r:.80}"
-            raise msgspec.ValidationError(f"{said} - at `$.{place}`")
+            message = f"`{field}` is {value!r:.80}, where a run writes {written!r:.80}"
+            raise msgspec.ValidationError(f"{message} - at `$.{place}`")
     except FileNotFoundError:
         raise AuditError(f"{path} does not exist; make it with `python -m replication run`") from None
     except (msgspec.DecodeError, UnicodeDecodeError) as error:

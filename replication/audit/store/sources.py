@@ -49,10 +49,10 @@ def _kept(method: F) -> F:
 
     @functools.wraps(method)
     def asked(tree: SourceTree, name: str) -> Any:
-        kept = tree.kept.setdefault(method.__name__, {})
-        if name not in kept:
-            kept[name] = method(tree, name)
-        return kept[name]
+        answers = tree.kept.setdefault(method.__name__, {})
+        if name not in answers:
+            answers[name] = method(tree, name)
+        return answers[name]
 
     return cast(F, asked)
 
@@ -78,9 +78,9 @@ class SourceTree:
         followed = self._followed(module)
         enclosing = {parent for name in followed for parent in parents(name)}
         listed = {name: self._module(name) for name in followed | enclosing}
-        files = {self._label_of(name): found.sha256 for name, found in listed.items() if found}
-        for name, found in listed.items():
-            files |= self._data_of(name) if found else {}
+        files = {self._label_of(name): source.sha256 for name, source in listed.items() if source}
+        for name, source in listed.items():
+            files |= self._data_of(name) if source else {}
         return dict(sorted(files.items()))
 
     def installed_of(self, module: str) -> set[str]:
@@ -91,7 +91,7 @@ class SourceTree:
     def is_dynamic(self, module: str) -> bool:
         """Whether it, or a file of the papers and beside them that it imports, imports by a computed name."""
         names = (name for name in self._followed(module) if not name.startswith(f"{replication.__name__}."))
-        return any(found.dynamic for name in names if (found := self._module(name)) is not None)
+        return any(source.dynamic for name in names if (source := self._module(name)) is not None)
 
     @_kept
     def _followed(self, module: str) -> set[str]:
@@ -164,10 +164,10 @@ class SourceTree:
         """` [file:line]` of the first line of a paper that writes a name, with its key or without; else empty."""
         key, _, short = re.split(r"([.-])", name, maxsplit=1) if re.search("[.-]", name) else (name, "", "")
         for package, directory in self.packages.items():
-            own = (directory / key).is_dir() and bool(short)
-            front = rf"(?:{re.escape(key)}[.-])?" if own else ""
-            word = f"{front}{re.escape(short if own else name)}"
-            files = (directory / key if own else directory).rglob("*.*") if package != "replication" else ()
+            is_paper = (directory / key).is_dir() and bool(short)
+            front = rf"(?:{re.escape(key)}[.-])?" if is_paper else ""
+            word = f"{front}{re.escape(short if is_paper else name)}"
+            files = (directory / key if is_paper else directory).rglob("*.*") if package != "replication" else ()
             written = [
                 path for path in sorted(files) if path.suffix in (".py", ".toml") and path.name != "coverage.toml"
             ]
@@ -186,13 +186,13 @@ class SourceTree:
 
     def last_line(self, traceback: TracebackType | None, *, of_papers: bool = False) -> str:
         """`file:line` of the innermost frame in the project, or `of_papers` alone, callers aside; empty if none."""
-        found, theirs = "", ""
+        line, theirs = "", ""
         while traceback is not None:
             label = self._label_at(traceback.tb_frame.f_code.co_filename)
-            found = f"{label}:{traceback.tb_lineno}" if label and label not in CALLERS else found
-            theirs = found if label and not label.startswith(f"{replication.__name__}/") else theirs
+            line = f"{label}:{traceback.tb_lineno}" if label and label not in CALLERS else line
+            theirs = line if label and not label.startswith(f"{replication.__name__}/") else theirs
             traceback = traceback.tb_next
-        return theirs if of_papers else found
+        return theirs if of_papers else line
 
     def now(self, label: str) -> str | None:
         """The checksum of a file as it is on the disk now, None if there is none."""
@@ -251,17 +251,17 @@ class SourceTree:
     @_kept
     def _imported_by(self, name: str) -> tuple[str, ...]:
         module = self._module(name)
-        found = []
+        names = []
         for source, taken in module.imports if module else ():
             part = f"{source}.{taken}" if taken else ""
             if part and self._module(part) is not None:
-                found.append(part)
+                names.append(part)
                 # A submodule hides nothing unless the package binds the same name itself.
                 package = self._module(source)
                 if package is None or taken not in package.bound:
                     continue
-            found.append(source)
-        return tuple(dict.fromkeys(found))
+            names.append(source)
+        return tuple(dict.fromkeys(names))
 
 
 def default_packages(root: Path) -> dict[str, Path]:
@@ -300,7 +300,7 @@ def _parsed(name: str, path: Path, content: bytes) -> _Module:
     except (SyntaxError, ValueError) as error:
         raise AuditError(f"{path} cannot be read as Python: {error}; correct the file") from None
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
-    imports = tuple(dict.fromkeys(found for node in _statements(tree) for found in _imports(node, package)))
+    imports = tuple(dict.fromkeys(pair for node in _statements(tree) for pair in _imports(node, package)))
     texts = tuple(match[2].decode() for match in _FILE.finditer(content))
     bound = frozenset(_bound(tree) if path.name == "__init__.py" or path.with_suffix("").is_dir() else ())
     return _Module(

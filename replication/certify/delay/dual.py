@@ -95,23 +95,23 @@ def _equalities(dynamics: Dynamics, dual: Dual, costs: list[fmpq]) -> tuple[list
     count = len(dual.keys)
     rows: list[Row] = []
     for matrix, hidden in zip(dual.matrices, dual.hidden, strict=True):
-        kept = set(hidden)
-        rows += [row for (i, j), row in matrix.items() if row and not (i in kept and j in kept)]
+        indices = set(hidden)
+        rows += [row for (i, j), row in matrix.items() if row and not (i in indices and j in indices)]
     unique = {tuple(sorted((k, str(v)) for k, v in row.items())): row for row in rows}
     level = forms.supply(dynamics, fmpq(-1))
     scale = {k: level.get(key, fmpq(0)) - cost for k, (key, cost) in enumerate(zip(dual.keys, costs, strict=True))}
     reduced, pivots = forms.echelon([*unique.values(), {**scale, count: fmpq(1)}], count + 1)
     if count in pivots:
         raise SolverError("the equations of the dual have no solution; the degree is too low")
-    others = [k for k in range(count) if k not in set(pivots)]
+    columns = [k for k in range(count) if k not in set(pivots)]
     constant = [fmpq(0)] * count
-    free = fmpq_mat(count, len(others))
+    free = fmpq_mat(count, len(columns))
     for i, pivot in enumerate(pivots):
         constant[pivot] = reduced[i, count]
-        for j, other in enumerate(others):
-            free[pivot, j] = -reduced[i, other]
-    for j, other in enumerate(others):
-        free[other, j] = fmpq(1)
+        for j, column in enumerate(columns):
+            free[pivot, j] = -reduced[i, column]
+    for j, column in enumerate(columns):
+        free[column, j] = fmpq(1)
     return constant, free
 
 

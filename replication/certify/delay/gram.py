@@ -98,13 +98,13 @@ def to_legendre(basis: Basis) -> Array:
     """The matrix that takes zeta in powers of t to the same in orthonormal Legendre polynomials."""
     count, functions = basis.degree + 1, basis.functions
     powers = _legendre_powers(basis.degree + 1)
-    kept = [a * (count + 1) + b for a, b in basis.kernels]
+    indices = [a * (count + 1) + b for a, b in basis.kernels]
     points = basis.points
     middle = points + functions * count
     change = np.eye(basis.size)
     change[points:middle, points:middle] = np.kron(powers[:count, :count], np.eye(functions))
     # The powers of a polynomial are no higher than its own, so that those of each rule go among themselves.
-    change[middle:, middle:] = np.kron(np.kron(powers, powers)[np.ix_(kept, kept)], np.eye(functions))
+    change[middle:, middle:] = np.kron(np.kron(powers, powers)[np.ix_(indices, indices)], np.eye(functions))
     return change
 
 
@@ -235,12 +235,12 @@ def _task(dual: Dual, cost: Array, constant: Array, free: Array, changes: Sequen
         np.kron(change, change) @ _map(matrix, hidden, len(dual.keys))
         for matrix, hidden, change in zip(dual.matrices, dual.hidden, changes, strict=True)
     ]
-    sizes, directions = np.linalg.svd(np.vstack([one @ free for one in maps]), full_matrices=False)[1:]
+    sizes, directions = np.linalg.svd(np.vstack([form @ free for form in maps]), full_matrices=False)[1:]
     back = (directions.T / sizes)[:, sizes > SEEN * sizes[0]]
     x = cp.Variable(back.shape[1])
     grams = []
-    for one, change in zip(maps, changes, strict=True):
-        gram = cp.reshape(one @ constant + (one @ free @ back) @ x, change.shape, order="C")
+    for form, change in zip(maps, changes, strict=True):
+        gram = cp.reshape(form @ constant + (form @ free @ back) @ x, change.shape, order="C")
         grams.append((gram + gram.T) / 2)
     return Task(x, back, grams, cost @ constant + (cost @ free @ back) @ x)
 
@@ -252,7 +252,7 @@ def inner_weights(dual: Dual, costs: list[fmpq], constant: list[fmpq], free: fmp
     changes, best = dual.changes, -np.inf
     for _ in range(SCALINGS):
         try:
-            best = max(best, _solved(cp.Problem(cp.Maximize(tasks[-1].value), [one >> 0 for one in tasks[-1].grams])))
+            best = max(best, _solved(cp.Problem(cp.Maximize(tasks[-1].value), [form >> 0 for form in tasks[-1].grams])))
         except SolverError:
             break
         sizes = [np.sqrt(np.maximum(np.diag(gram.value), SEEN)) for gram in tasks[-1].grams]

@@ -54,8 +54,8 @@ def change_of(plant: Mapping[str, Any]) -> fmpq_mat:
     q, n = sensor.nrows(), sensor.ncols()
     if all(sensor[i, j] == 0 for i in range(q) for j in range(n - q)):
         return identity(n)
-    for kept in combinations(range(n), n - q):
-        change = block([[take_rows(identity(n), kept)], [sensor]])
+    for states in combinations(range(n), n - q):
+        change = block([[take_rows(identity(n), states)], [sensor]])
         if change.det() != 0:
             return change
     raise InvalidInputError("the rows of C_2 are dependent; drop redundant measurements")
@@ -97,12 +97,12 @@ def grams(
     """Witness of Theorem 3 at the level gamma; raises InfeasibleError if there is no room for rounding."""
     change = change_of(plant)
     point = centred(floating(plant, change), float(Fraction(gamma)), degree, trace, rule)
-    found = exact_grams(dynamics_of(plant, change), rational(gamma), degree, point, rule)
-    made = {name: [written(gram) for gram in pair] for name, pair in found.items()}
-    least = min(float(np.linalg.eigvalsh(as_floats(gram))[0]) for pair in made.values() for gram in pair)
+    pairs = exact_grams(dynamics_of(plant, change), rational(gamma), degree, point, rule)
+    matrices = {name: [written(gram) for gram in pair] for name, pair in pairs.items()}
+    least = min(float(np.linalg.eigvalsh(as_floats(gram))[0]) for pair in matrices.values() for gram in pair)
     if not least > 0.0:
         raise InfeasibleError(f"no room for rounding at the level {gamma}: exact matrices reach {least:.1e}; raise it")
-    return {"change": written(change), **made}
+    return {"change": written(change), **matrices}
 
 
 def grams_in_units(plant: Mapping[str, Any], gamma: str, degree: int) -> dict[str, Any]:
@@ -124,7 +124,7 @@ def grams_in_units(plant: Mapping[str, Any], gamma: str, degree: int) -> dict[st
         "C1": [written(exact(matrix) * back * (root / gain)) for matrix in plant["C1"]],
         "C2": written(exact(plant["C2"]) * back),
     }
-    made = grams(scaled, str(rational(gamma) / gain), degree, WIDE_TRACE)
+    matrices = grams(scaled, str(rational(gamma) / gain), degree, WIDE_TRACE)
     inputs = len(plant["B"][0]) + len(plant["C10"])
 
     def restored(gram: Any) -> Any:
@@ -134,9 +134,9 @@ def grams_in_units(plant: Mapping[str, Any], gamma: str, degree: int) -> dict[st
         return written(unit * exact(gram) * unit * (gain / time))
 
     return {
-        "change": written(exact(made["change"]) * states),
-        "storage": [written(exact(gram) * gain) for gram in made["storage"]],
-        "dissipation": [restored(gram) for gram in made["dissipation"]],
+        "change": written(exact(matrices["change"]) * states),
+        "storage": [written(exact(gram) * gain) for gram in matrices["storage"]],
+        "dissipation": [restored(gram) for gram in matrices["dissipation"]],
     }
 
 
@@ -242,10 +242,10 @@ def section(order: int) -> Section:
     steps = fmpq_mat(order, order, [(i == j + 1) - (j == i + 1) for i in range(order) for j in range(order)])
     elements = fmpq_mat(order, order, [(2 * i + 1) * (i == j) for i in range(order) for j in range(order)])
     first = fmpq_mat(order, 1, [int(i == 0) for i in range(order)])
-    one, back = identity(order), steps.inv()
+    unit, back = identity(order), steps.inv()
     ladder = back * elements * 2
     port = back * first
-    return Section(ladder * (one + port * first.transpose()), -(ladder * port), first.transpose() * -2, fmpq(1))
+    return Section(ladder * (unit + port * first.transpose()), -(ladder * port), first.transpose() * -2, fmpq(1))
 
 
 def pade_upper(theorem: Mapping[str, Any], least: Callable[[DelayPlant, int], float]) -> dict[str, Any]:
@@ -275,10 +275,10 @@ def _storage(system: DelayPlant, part: Section, gamma: float) -> Array:
     n, q = system.states, system.measurements
     A, B, C = _model(system, part)
     size, r, p = A.shape[0], B.shape[1], C.shape[0]
-    kept = np.delete(np.eye(size), np.arange(n - q, n), axis=1)
+    kernel = np.delete(np.eye(size), np.arange(n - q, n), axis=1)
     storage, margin = cp.Variable((size, size), symmetric=True), cp.Variable()
-    corner = kept.T @ (storage @ A + A.T @ storage) @ kept
-    cross, output = -kept.T @ storage @ B, kept.T @ C.T
+    corner = kernel.T @ (storage @ A + A.T @ storage) @ kernel
+    cross, output = -kernel.T @ storage @ B, kernel.T @ C.T
     inequality = cp.bmat(
         [
             [corner, cross, output],

@@ -66,10 +66,10 @@ class Scaled:
 
 def scaled_pair(slack: Array, dual: Array) -> Scaled:
     """Raises LinAlgError if one of them is not positive any more."""
-    lower, other = np.linalg.cholesky(slack), np.linalg.cholesky(dual)
-    left, values, right = np.linalg.svd(other.T @ lower)
+    lower, dual_lower = np.linalg.cholesky(slack), np.linalg.cholesky(dual)
+    left, values, right = np.linalg.svd(dual_lower.T @ lower)
     root = np.sqrt(values)
-    return Scaled(values, (left.T @ other.T) / root[:, None], lower @ right.T / root)
+    return Scaled(values, (left.T @ dual_lower.T) / root[:, None], lower @ right.T / root)
 
 
 @dataclass(frozen=True)
@@ -133,11 +133,11 @@ class Equations:
                 continue
         raise np.linalg.LinAlgError("the equations of a step are singular")
 
-    def direction(self, wanted: list[Array]) -> tuple[Array, list[Array], list[Array]]:
-        """dy, and the scaled steps of slacks and duals whose sum is `wanted` in every block."""
+    def direction(self, targets: list[Array]) -> tuple[Array, list[Array], list[Array]]:
+        """dy, and the scaled steps of slacks and duals whose sum is `targets` in every block."""
         pulled = [
-            part.inverse.T @ want @ part.inverse - metric @ miss @ metric
-            for part, want, metric, miss in zip(self.scaled, wanted, self.metrics, self.missed, strict=True)
+            part.inverse.T @ target @ part.inverse - metric @ miss @ metric
+            for part, target, metric, miss in zip(self.scaled, targets, self.metrics, self.missed, strict=True)
         ]
         right = self.unit * (self.unknowns.adjoint(self.blocks, pulled) - self.lacking)
         solution = scipy.linalg.cho_solve(self.factor, right)
@@ -149,7 +149,7 @@ class Equations:
             symmetric(part.inverse @ (block.linear(w, scalars) + miss) @ part.inverse.T)
             for part, block, miss in zip(self.scaled, self.blocks, self.missed, strict=True)
         ]
-        return dy, slacks, [want - slack for want, slack in zip(wanted, slacks, strict=True)]
+        return dy, slacks, [target - slack for target, slack in zip(targets, slacks, strict=True)]
 
 
 def _matrix(unknowns: Unknowns, blocks: tuple[Block, ...], metrics: list[Array]) -> Array:
@@ -311,8 +311,8 @@ def _positive(slack: Array, missed: Array) -> bool:
 
 def _lyapunov(values: Array, level: float, product: Array) -> Array:
     """S with (D S + S D) / 2 = level I - D^2 - the symmetric part of `product`."""
-    wanted = level * np.eye(len(values)) - np.diag(values**2) - symmetric(product)
-    return np.asarray(2.0 * wanted / (values[:, None] + values))
+    right = level * np.eye(len(values)) - np.diag(values**2) - symmetric(product)
+    return np.asarray(2.0 * right / (values[:, None] + values))
 
 
 def _length(scaled: list[Scaled], steps: list[Array], most: float = 1.0) -> float:

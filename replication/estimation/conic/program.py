@@ -287,21 +287,21 @@ def solve_clarabel(
         cones.insert(0, clarabel.ZeroConeT(len(program.b)))
         q, right = cost, np.concatenate([program.b, np.zeros(len(place))])
         matrix = scipy.sparse.vstack([packed.T, -scipy.sparse.identity(len(place))], format="csc")
-    said = clarabel.DefaultSolver(scipy.sparse.csc_matrix((len(q), len(q))), q, matrix, right, cones, settings).solve()
+    point = clarabel.DefaultSolver(scipy.sparse.csc_matrix((len(q), len(q))), q, matrix, right, cones, settings).solve()
     report = SolverReport(
         name="Clarabel",
         version=version("clarabel"),
-        status=str(said.status),
+        status=str(point.status),
         options=chosen,
         residuals={
-            "primal": float(said.r_prim),
-            "dual": float(said.r_dual),
-            "gap": abs(float(said.obj_val) - float(said.obj_val_dual)),
+            "primal": float(point.r_prim),
+            "dual": float(point.r_dual),
+            "gap": abs(float(point.obj_val) - float(point.obj_val_dual)),
         },
-        iterations=int(said.iterations),
+        iterations=int(point.iterations),
     )
     raise_unless_solved(report, accept=accept)
-    triangles, y = (said.x, -np.array(said.z[: len(program.b)])) if matrices else (said.z, np.array(said.x))
+    triangles, y = (point.x, -np.array(point.z[: len(program.b)])) if matrices else (point.z, np.array(point.x))
     x = np.zeros(program.a.shape[1])
     x[place] = x[mirrored] = np.array(triangles) / weights
     return Solution(program, x, y, report)
@@ -313,9 +313,9 @@ def _packed(program: Program, place: Indices, weights: Array) -> scipy.sparse.cs
     row = np.full(program.a.shape[1], -1)
     row[place] = np.arange(len(place))
     row = row[entries.col]
-    kept = row >= 0
-    data = entries.data[kept] * weights[row[kept]]
-    return scipy.sparse.csc_matrix((data, (row[kept], entries.row[kept])), shape=(len(place), len(program.b)))
+    mask = row >= 0
+    data = entries.data[mask] * weights[row[mask]]
+    return scipy.sparse.csc_matrix((data, (row[mask], entries.row[mask])), shape=(len(place), len(program.b)))
 
 
 def _triangles(program: Program) -> tuple[Indices, Indices, Array]:

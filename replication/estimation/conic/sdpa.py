@@ -12,14 +12,14 @@ from __future__ import annotations
 
 import contextlib
 import os
+import pickle
+import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.metadata import version
-from multiprocessing import Pipe, get_context
-from multiprocessing.connection import Connection
 from typing import Any
 
 import numpy as np
@@ -126,45 +126,54 @@ class _Process:
     """
 
     def __init__(self) -> None:
-        self.child: Any = None
+        self.child = 0
 
     def answer(self, *asked: Any) -> Any:
         """What `_called` gives; raises SdpaGaveUp if the process ends without an answer. The next one gets another."""
-        if self.child is None:
-            import sdpap.sdpacall  # slow to load; here, for all processes  # noqa: F401
-
-            _libraries()
-            self._own, other = Pipe()
-            self.child = get_context("fork").Process(target=_serve, args=(other, self._own), daemon=True)
-            self.child.start()
-            other.close()
+        if not self.child:
+            self._begin()
         try:
-            self._own.send(asked)
-            return self._own.recv()
-        except (EOFError, ConnectionError):
+            pickle.dump(asked, self._asked)
+            self._asked.flush()
+            return pickle.load(self._told)
+        except (EOFError, BrokenPipeError):
             self.end()
             raise SdpaGaveUp(
                 "SDPA gave up in the middle of a factorisation; rescale the plant, or ask for another level"
             ) from None
         except BaseException:
-            self.child.kill()
+            os.kill(self.child, signal.SIGKILL)
             self.end()
             raise
 
+    def _begin(self) -> None:
+        import sdpap.sdpacall  # slow to load; here, for all processes  # noqa: F401
+
+        _libraries()
+        (asked, asking), (telling, tell) = os.pipe(), os.pipe()
+        self.child = os.fork()
+        if self.child == 0:
+            try:
+                os.close(asking)
+                os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # SDPA's remarks, which its status says too
+                with os.fdopen(asked, "rb") as questions, os.fdopen(tell, "wb") as answers:
+                    while True:
+                        pickle.dump(_called(*pickle.load(questions)), answers)
+                        answers.flush()
+            finally:
+                os._exit(0)
+        os.close(asked)
+        os.close(tell)
+        self._asked, self._told = os.fdopen(asking, "wb"), os.fdopen(telling, "rb")
+
     def end(self) -> None:
         """End the process and wait for it, if there is one."""
-        if self.child is not None:
-            self._own.close()
-            self.child.join()
-            self.child = None
-
-
-def _serve(own: Connection, other: Connection) -> None:
-    other.close()
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # SDPA's remarks, which its status says too
-    with contextlib.suppress(EOFError, KeyboardInterrupt):
-        while True:
-            own.send(_called(*own.recv()))
+        if self.child:
+            with contextlib.suppress(BrokenPipeError):  # of what it never read
+                self._asked.close()
+            self._told.close()
+            os.waitpid(self.child, 0)
+            self.child = 0
 
 
 _shared: ContextVar[_Process | None] = ContextVar("_shared", default=None)

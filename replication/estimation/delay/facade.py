@@ -52,8 +52,8 @@ class DelayPlantReader(PlantReader[DelayPlant]):
             raise InvalidInputError(
                 f"the plant must be continuous-time without feedthrough, got dt = {system.dt}, D = {system.D.tolist()}"
             )
-        seen, others, signals = measured_outputs(system, split["measured"])
-        plant = delay_system(system.A, split["delayed"], split["delays"], system.B, system.C[others], system.C[seen])
+        sensors, others, signals = measured_outputs(system, split["measured"])
+        plant = delay_system(system.A, split["delayed"], split["delays"], system.B, system.C[others], system.C[sensors])
         return plant, replace(signals, disturbances=tuple(system.input_labels))
 
 

@@ -230,7 +230,7 @@ def delay_system(
     """
     delays = checked_delays(delays)
     terms: dict[str, Any] = {
-        name: listed(name, given) for name, given in (("a", a), ("c1", c1)) if given is not None or name == "a"
+        name: listed(name, value) for name, value in (("a", a), ("c1", c1)) if value is not None or name == "a"
     }
     for name, matrices in terms.items():
         if not matrices:

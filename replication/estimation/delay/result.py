@@ -97,10 +97,10 @@ def kept(lower: float, level: float, fault: str, how: str) -> Bracket:
     return Bracket(min(lower, level), level, how)
 
 
-def made(gains_of: DelayGains, bracket: Bracket, evidence: tuple[Evidence, ...], **own: Any) -> DelayResult:
+def made(gains_of: DelayGains, bracket: Bracket, evidence: tuple[Evidence, ...], **fields: Any) -> DelayResult:
     """The result with the gains as arrays."""
-    arrays, axes = gains_of.arrays(own["order"])
-    return DelayResult(gains_of=gains_of, bracket=bracket, evidence=evidence, gains=frozen(arrays), axes=axes, **own)
+    arrays, axes = gains_of.arrays(fields["order"])
+    return DelayResult(gains_of=gains_of, bracket=bracket, evidence=evidence, gains=frozen(arrays), axes=axes, **fields)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)

@@ -170,7 +170,7 @@ def require_seen(system: DelayPlant, time: float) -> None:
             sensor = sensor / np.maximum(np.linalg.norm(sensor, axis=1, keepdims=True), np.finfo(float).tiny)
             pencil = np.vstack([characteristic(plant, np.array([root]))[0], sensor])
             if np.linalg.svd(pencil, compute_uv=False)[-1] <= UNSEEN:
-                told = root.real if abs(root.imag) <= ROOT_TOLERANCE * (1.0 + abs(root)) else root
+                value = root.real if abs(root.imag) <= ROOT_TOLERANCE * (1.0 + abs(root)) else root
                 raise InvalidInputError(
-                    f"the plant is not detectable: y does not see the root {told / time:.6g}; measure another state"
+                    f"the plant is not detectable: y does not see the root {value / time:.6g}; measure another state"
                 )

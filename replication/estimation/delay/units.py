@@ -58,8 +58,8 @@ class Scaling:
 
     def plant(self, plant: DelayPlant) -> DelayPlant:
         """The plant in these units."""
-        left, root, seen = self.time * self.states[:, None], self.gain**0.5, self.sensors[:, None]
-        rows = {"n": lambda part: left * part, "p": lambda part: part / root, "q": lambda part: seen * part}
+        left, root, scale = self.time * self.states[:, None], self.gain**0.5, self.sensors[:, None]
+        rows = {"n": lambda part: left * part, "p": lambda part: part / root, "q": lambda part: scale * part}
         columns = {"n": lambda part: part / self.states, "r": lambda part: part / root}
         return converted(plant, rows, columns, self.time)
 

@@ -24,7 +24,7 @@ from replication.estimation.dualrate.observers import (
 )
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, lifted_statespace
-from replication.estimation.linear.riccati import RiccatiMap, settled, stacked
+from replication.estimation.linear.riccati import gramians
 from replication.estimation.validation import Array, ComplexArray
 
 if TYPE_CHECKING:
@@ -194,7 +194,7 @@ def noise_gain(loop: DualRateLoop) -> float:
     """
     require_stable(loop, "its noise grows without bound")
     stages = noise_system(loop).stages
-    covariances = settled(stacked(RiccatiMap(s.A, np.zeros_like(s.A), s.B @ s.B.T) for s in stages))
+    covariances = gramians((s.A, s.B) for s in stages)
     if covariances is None:
         raise SolverError("the covariance of the output was lost in rounding; choose other units of the states")
     return float(np.sqrt(max(np.max(np.diag(s.C @ P @ s.C.T)) for s, P in zip(stages, covariances, strict=True))))

@@ -26,7 +26,7 @@ from replication.estimation.linear.periodic import (
     largest_singular_value,
     simulate,
 )
-from replication.estimation.linear.riccati import RiccatiMap, circle_angles, settled, stacked
+from replication.estimation.linear.riccati import RiccatiMap, circle_angles, gramians, stacked
 from replication.estimation.validation import Array, ComplexArray, as_matrix, positive_integer
 
 UPPER_MARGIN = 1e-9
@@ -104,8 +104,8 @@ def continuous_norm(A: Array, B: Array, C: Array, D: Array) -> GainBracket:
         return np.asarray(2.0 * np.arctan(np.abs(values.imag[on_axis]) / rate))
 
     slow = poles[np.argmax(poles.real / np.abs(poles))]
-    found = peak(one_by_one(value), crossings, float(2.0 * np.arctan(np.abs(slow.imag) / rate)))
-    return replace(found, angle=float(rate * np.tan(found.angle / 2.0)))
+    bracket = peak(one_by_one(value), crossings, float(2.0 * np.arctan(np.abs(slow.imag) / rate)))
+    return replace(bracket, angle=float(rate * np.tan(bracket.angle / 2.0)))
 
 
 def l2_gain(system: PeriodicSystem) -> GainBracket:
@@ -283,8 +283,8 @@ def balanced(system: PeriodicSystem) -> PeriodicSystem:
 
 
 def _gramian_diagonal(stages: Sequence[tuple[Array, Array]]) -> Array:
-    gramians = settled(stacked(RiccatiMap(A, np.zeros_like(A), B @ B.T) for A, B in stages))
-    return np.ones(len(stages[0][0])) if gramians is None else np.diag(gramians[0])
+    reached = gramians(stages)
+    return np.ones(len(stages[0][0])) if reached is None else np.diag(reached[0])
 
 
 def white_noise_variance(system: PeriodicSystem) -> float:
@@ -292,8 +292,8 @@ def white_noise_variance(system: PeriodicSystem) -> float:
 
     Raises InfeasibleError if the system is not stable.
     """
-    stages = stacked(RiccatiMap(s.A, np.zeros_like(s.A), s.B @ s.B.T) for s in system.stages)
-    covariances = settled(stages) if system.spectral_radius() < 1 else None
+    stable = system.spectral_radius() < 1
+    covariances = gramians((s.A, s.B) for s in system.stages) if stable else None
     if covariances is None:
         raise InfeasibleError(
             "the system is not stable, so its outputs have no stationary variance; stabilise it first"

@@ -74,8 +74,8 @@ def compose(first: RiccatiMap, second: RiccatiMap) -> RiccatiMap:
     both = np.concatenate([first.A, times(first.H, second.A.mT)], axis=-1)
     solved = solve(times(first.H, second.G) + identity(n), both)
     ahead = times(second.A, solved)
-    told = times(first.A.mT, times(second.G, solved[..., :n]))
-    return RiccatiMap(ahead[..., :n], first.G + told, second.H + ahead[..., n:])
+    information = times(first.A.mT, times(second.G, solved[..., :n]))
+    return RiccatiMap(ahead[..., :n], first.G + information, second.H + ahead[..., n:])
 
 
 @cache
@@ -172,8 +172,8 @@ def settled_each(stages: RiccatiMap) -> Array:
             starts, ended = _doubled(_only(levels[-1]))
             if ended.all():
                 return down(levels, starts)
-            states, kept = np.full_like(stages.A, np.nan), [[part[:, ended] for part in level] for level in levels]
-            states[:, ended] = down([RiccatiMap(*level) for level in kept], starts[ended])
+            states, selection = np.full_like(stages.A, np.nan), [[part[:, ended] for part in level] for level in levels]
+            states[:, ended] = down([RiccatiMap(*level) for level in selection], starts[ended])
             return states
         except np.linalg.LinAlgError:
             return case_by_case(settled_each, stages)
@@ -200,6 +200,23 @@ def from_zero(stages: RiccatiMap) -> Array | None:
         except np.linalg.LinAlgError:
             return None
     return states if states is not None and np.all(np.isfinite(states)) else None
+
+
+def gramians(stages: Iterable[tuple[Array, Array]]) -> Array | None:
+    """The P (N, n, n) that repeat under P_{k+1} = A_k P_k A_k' + B_k B_k' of stages (A_k, B_k), None if none do.
+
+    The horizon is doubled until no entry grows beside its own variances, so that units of the states do not matter.
+    """
+    with np.errstate(over="ignore", invalid="ignore"):
+        levels = tree(stacked(RiccatiMap(A, np.zeros_like(A), B @ B.T) for A, B in stages))
+        step, _, total = _only(levels[-1])
+        for _ in range(MAX_DOUBLINGS):
+            grown = symmetric(step @ total @ step.T)
+            total, step = total + grown, step @ step
+            size = np.sqrt(np.diag(total))
+            if np.all(np.abs(grown) <= np.finfo(float).eps * np.outer(size, size)):
+                return down(levels, total)
+    return None
 
 
 def _only(stages: RiccatiMap) -> RiccatiMap:
@@ -238,7 +255,7 @@ def _doubled(total: RiccatiMap) -> tuple[Array, NDArray[np.bool_]]:
             step <= STAGNATION or before >= step <= 1e3 * STAGNATION
             for step, before in zip(steps, previous, strict=True)
         ]
-        going = [not (done or isnan(step)) for done, step in zip(ready, steps, strict=True)]
+        going = [not (flag or isnan(step)) for flag, step in zip(ready, steps, strict=True)]
         if not all(going):
             limits[cases[ready]], ended[cases[ready]] = H[ready], True
             cases, A, G, H = cases[going], A[going], G[going], H[going]

@@ -54,29 +54,29 @@ class MultirateReader(PlantReader[MultiratePlant]):
         states, inputs = numbered("x", plant.order), numbered("u", plant.B_u.shape[1])
         return self._signals(plant, states, inputs, numbered("y", plant.sensors))
 
-    def read(self, system: Any, **given: Any) -> tuple[MultiratePlant, Signals]:
+    def read(self, system: Any, **arguments: Any) -> tuple[MultiratePlant, Signals]:
         """With the noise of the sensors, and the inputs that are process noise."""
-        noise, R, disturbances = given["noise"], given["R"], given["disturbances"]
+        noise, R, disturbances = arguments["noise"], arguments["R"], arguments["disturbances"]
         if (noise is None) == (R is None):
             raise InvalidInputError(
                 "give the sensor noise: noise=D, or one number for each sensor; or R, its covariance, but not both"
             )
-        if np.ndim(given["weight"]) == 1:
+        if np.ndim(arguments["weight"]) == 1:
             raise InvalidInputError(
                 f"weight must have a row for each weighted error and a column for each of the {system.nstates} states; "
-                f"write a row as [{given['weight']}]"
+                f"write a row as [{arguments['weight']}]"
             )
         if np.ndim(noise) == 1 and any(isinstance(number, (int, float, np.integer)) and number < 0 for number in noise):
             raise InvalidInputError(f"noise must be the size of each sensor's noise, not negative, got {noise}")
         # A list of numbers stands for a diagonal matrix: each sensor with noise of its own.
         D = np.diag(noise) if np.ndim(noise) == 1 else noise
         plant = MultiratePlant.from_statespace(
-            system, D, disturbances=disturbances, W=given["weight"], Q=given["Q"], R=R, S=given["S"]
+            system, D, disturbances=disturbances, W=arguments["weight"], Q=arguments["Q"], R=R, S=arguments["S"]
         )
         read = parts_of(system, continuous=False, disturbances=disturbances).signals
         signals = self._signals(plant, read.states, read.inputs, read.measurements)
         # A covariance mixes the inputs, whose names then say nothing of the noise that counts.
-        return plant, signals if given["Q"] is not None else replace(signals, disturbances=read.disturbances)
+        return plant, signals if arguments["Q"] is not None else replace(signals, disturbances=read.disturbances)
 
     def _signals(
         self, plant: MultiratePlant, states: tuple[str, ...], inputs: tuple[str, ...], measurements: tuple[str, ...]
@@ -179,30 +179,30 @@ def design(
         raise InvalidInputError("level belongs to the goals hinf and mixed; the Kalman filter (h2) has the one it has")
     if goal is not Goal.H2 and P0 is not None:
         raise InvalidInputError("P0 belongs to the goal h2; the level of hinf and mixed is that from rest")
-    given = {"noise": noise, "disturbances": disturbances, "weight": weight, "Q": Q, "R": R, "S": S}
-    problem, signals = _problem(plant, periods, offsets, goal, latency, dt, **given)
+    arguments = {"noise": noise, "disturbances": disturbances, "weight": weight, "Q": Q, "R": R, "S": S}
+    problem, signals = _problem(plant, periods, offsets, goal, latency, dt, **arguments)
     if P0 is not None and problem.plant.under_way:
         raise InvalidInputError("P0 and latency do not go together: it does not say what is known of samples under way")
     start = None if P0 is None else covariance("P0", P0, problem.plant.order)
-    wanted = None if level is None else positive_scalar("level", level)
+    target = None if level is None else positive_scalar("level", level)
     try:
         best = optimum(problem)
         if goal is Goal.H2:
             return _analysed(KalmanResult, problem, signals, best, KalmanResult.solve(problem), start=start)
-        solution = MultirateResult.solve(problem, best=best, goal=goal, level=wanted)
-        found = _analysed(MultirateResult, problem, signals, best, solution)
+        solution = MultirateResult.solve(problem, best=best, goal=goal, level=target)
+        result = _analysed(MultirateResult, problem, signals, best, solution)
     except (InfeasibleError, SolverError):  # unless more than the least was asked for: lost in rounding
-        if wanted is None:
+        if target is None:
             require_noise_near(problem)
         raise
-    aim = best.upper * (1 + DESIGN_MARGIN) if wanted is None else wanted
-    if goal is Goal.HINF and found.bracket.lower > aim * (1 + MISSED):
+    aim = best.upper * (1 + DESIGN_MARGIN) if target is None else target
+    if goal is Goal.HINF and result.bracket.lower > aim * (1 + MISSED):
         require_noise_near(problem)
         raise SolverError(
-            f"gains for the level {aim:.6g} have the gain {found.bracket.lower:.6g}: they were lost in rounding; "
+            f"gains for the level {aim:.6g} have the gain {result.bracket.lower:.6g}: they were lost in rounding; "
             "measure more often, or ask for a larger level"
         )
-    return found
+    return result
 
 
 def analyse(
@@ -245,8 +245,8 @@ def analyse(
     InfeasibleError
         The gains do not stabilise the error.
     """
-    given = {"noise": noise, "disturbances": disturbances, "weight": weight, "Q": Q, "R": R, "S": S}
-    problem, signals = _problem(plant, periods, offsets, Goal.HINF, latency, dt, **given)
+    arguments = {"noise": noise, "disturbances": disturbances, "weight": weight, "Q": Q, "R": R, "S": S}
+    problem, signals = _problem(plant, periods, offsets, Goal.HINF, latency, dt, **arguments)
     solution = Solution({"L": problem.checked(gains)})
     return _analysed(MultirateResult, problem, signals, optimum(problem), solution)
 
@@ -295,26 +295,26 @@ def _analysed(
     signals: Signals,
     best: Optimum,
     solution: Solution,
-    **own: Any,
+    **fields: Any,
 ) -> MultirateResult:
     """The gains of a solution, analysed beside the optimum."""
 
     def known(result: MultirateResult, error: PeriodicSystem) -> tuple[Evidence, ...]:
         return (*facts(result, error, best, alone=not solution.evidence), *solution.evidence)
 
-    return kind.analysed(signals, solution.gains, facts=known, problem=problem, **own)
+    return kind.analysed(signals, solution.gains, facts=known, problem=problem, **fields)
 
 
 def _problem(
-    plant: Any, periods: Any, offsets: Any, goal: Goal, latency: Any, dt: Any, **given: Any
+    plant: Any, periods: Any, offsets: Any, goal: Goal, latency: Any, dt: Any, **arguments: Any
 ) -> tuple[MultirateProblem, Signals]:
-    checked, signals = _with_latency(plant, latency, dt, given)
+    checked, signals = _with_latency(plant, latency, dt, arguments)
     if isinstance(offsets, str) and offsets == "best":
         offsets = least_error_offsets(checked, periods) if goal is Goal.H2 else search_timing(checked, periods).best
     return MultirateProblem(checked, SensingSchedule(periods, offsets)), signals
 
 
-def _with_latency(plant: Any, latency: Any, dt: Any, given: dict[str, Any]) -> tuple[MultiratePlant, Signals]:
+def _with_latency(plant: Any, latency: Any, dt: Any, arguments: dict[str, Any]) -> tuple[MultiratePlant, Signals]:
     """The plant at its base period, with the samples that are under way as states, and its names."""
     between, whole = None, plant
     if isinstance(plant, ContinuousPlant):
@@ -328,9 +328,9 @@ def _with_latency(plant: Any, latency: Any, dt: Any, given: dict[str, Any]) -> t
         whole = sampled_statespace(plant, step, step)
 
         def between(time: float) -> MultiratePlant:
-            return read_plant(sampled_statespace(plant, time, step), **given)[0]
+            return read_plant(sampled_statespace(plant, time, step), **arguments)[0]
 
-    checked, signals = read_plant(whole, **given)
+    checked, signals = read_plant(whole, **arguments)
     if not np.size(latency):
         return checked, signals
     late = delivered(checked, latency, between)

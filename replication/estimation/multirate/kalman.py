@@ -82,8 +82,8 @@ def kalman_design(problem: MultirateProblem) -> RiccatiDesign:
     stabilising ones; disturb it then. Raises SolverError if rounding hides the limit of the recursion.
     """
     require_problem(problem)
-    if (found := steady_state(problem)) is not None:
-        return found
+    if (design := steady_state(problem)) is not None:
+        return design
     centre = kalman_centre(problem)
     scaled, states = centre.scaled, centre.states
     corrected = scaled.corrected(states, scaled.maps())
@@ -220,11 +220,11 @@ def state_units(problem: MultirateProblem) -> Array:
     while len(powers) < count:
         powers = np.concatenate([powers, powers @ (powers[-1] @ step)])
     powers = powers[:count]
-    seen = np.take(C, np.arange(count), axis=0, mode="wrap") @ powers
-    information, driven = np.sum(seen**2, axis=(0, 1)), np.sum((powers @ plant.drive) ** 2, axis=(0, 2))
+    outputs = np.take(C, np.arange(count), axis=0, mode="wrap") @ powers
+    information, driven = np.sum(outputs**2, axis=(0, 1)), np.sum((powers @ plant.drive) ** 2, axis=(0, 2))
     driven[driven == 0] = np.inf
-    seen = np.divide(1.0, information, out=np.full(n, np.inf), where=information > 0)
-    squared = np.minimum(driven, seen)
+    noise = np.divide(1.0, information, out=np.full(n, np.inf), where=information > 0)
+    squared = np.minimum(driven, noise)
     return np.sqrt(np.where(np.isfinite(squared), squared, 1.0))
 
 
@@ -324,8 +324,8 @@ def corrected(A: Array, Q: Array, sensors: Sensing, P: Array) -> Correction:
     innovation = times(CP, C.mT) + R
     K = solve(innovation, CP).mT
     # Joseph's form: a sum of squares, so that rounding leaves it semidefinite.
-    kept = identity(len(A)) - times(K, C)
-    filtered = times(times(kept, P), kept.mT) + times(times(K, R), K.mT)
+    remainder = identity(len(A)) - times(K, C)
+    filtered = times(times(remainder, P), remainder.mT) + times(times(K, R), K.mT)
     if S is None:
         return Correction(K, times(A, K), innovation, filtered, times(times(A, filtered), A.T) + Q)
     L = solve(innovation, CP @ A.T + S.mT).mT
@@ -392,12 +392,12 @@ def _nearly_dependent(R: Array) -> bool:
 def _maps(A: Array, Q: Array, sensors: Sensing) -> RiccatiMap:
     """P -> following P, in stacks; what the measurements tell of correlated noise is taken out of the plant."""
     C, R, S = sensors
-    seen = np.linalg.solve(R, C)
+    weight = np.linalg.solve(R, C)
     if S is None:
         shape = (len(C), *A.shape)
-        return RiccatiMap(np.broadcast_to(A, shape), C.mT @ seen, np.broadcast_to(Q, shape))
-    told = np.linalg.solve(R, S.mT)
-    return RiccatiMap(A - S @ seen, C.mT @ seen, Q - S @ told)
+        return RiccatiMap(np.broadcast_to(A, shape), C.mT @ weight, np.broadcast_to(Q, shape))
+    cross = np.linalg.solve(R, S.mT)
+    return RiccatiMap(A - S @ weight, C.mT @ weight, Q - S @ cross)
 
 
 @dataclass(frozen=True, eq=False)
@@ -451,9 +451,9 @@ def smoothing_limit(problem: MultirateProblem, predicted: Array) -> Array:
     """Covariances (N, n, n) of the error of x^ given all measurements, past and future; no lag does better."""
     sensors, step = _step(problem, predicted)
     closed = problem.plant.A - step.L @ sensors.C
-    told = sensors.C.mT @ np.linalg.solve(step.innovation, sensors.C)
-    # What later innovations tell, backwards in time: Z(k) = told(k) + closed(k)' Z(k+1) closed(k).
-    after = settled(RiccatiMap(closed[::-1].mT, np.zeros_like(closed), told[::-1]))  # Z(N), Z(N-1), ... Z(1)
+    information = sensors.C.mT @ np.linalg.solve(step.innovation, sensors.C)
+    # What later innovations tell, backwards in time: Z(k) = information(k) + closed(k)' Z(k+1) closed(k).
+    after = settled(RiccatiMap(closed[::-1].mT, np.zeros_like(closed), information[::-1]))  # Z(N), Z(N-1), ... Z(1)
     if after is None:
         return predicted
     later = np.roll(after[::-1], 1, axis=0)  # Z(0) = Z(N), Z(1), ...

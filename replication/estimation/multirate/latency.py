@@ -102,9 +102,9 @@ class ContinuousPlant:
         if (self.D is None) == (self.R is None):
             raise InvalidInputError("give the sensor noise once: R, its covariance, or D, a factor of it")
         named = {"D": self.D, "Q": self.Q, "R": self.R, "W": self.W, "D_u": self.D_u}
-        given: dict[str, Any] = {name: value for name, value in named.items() if value is not None}
-        make = MultiratePlant.from_covariances if {"Q", "R"} & given.keys() else MultiratePlant
-        return make(A=over, B_d=B_d, B_u=B_u, C=as_matrix("C", self.C), dt=self.dt, **given)
+        arguments: dict[str, Any] = {name: value for name, value in named.items() if value is not None}
+        make = MultiratePlant.from_covariances if {"Q", "R"} & arguments.keys() else MultiratePlant
+        return make(A=over, B_d=B_d, B_u=B_u, C=as_matrix("C", self.C), dt=self.dt, **arguments)
 
 
 def held_over(A: Array, B: Array, time: float) -> tuple[Array, Array]:
@@ -191,11 +191,11 @@ def _taken(
 
 def checked_latency(latency: Any, sensors: int) -> tuple[float, ...]:
     """One age for each sensor, in base periods, whole where it is meant to be; raises InvalidInputError."""
-    given = tuple(latency) if np.ndim(latency) == 1 and not isinstance(latency, str) else (latency,)
-    if len(given) != sensors:
+    entries = tuple(latency) if np.ndim(latency) == 1 and not isinstance(latency, str) else (latency,)
+    if len(entries) != sensors:
         raise InvalidInputError(f"latency must have one entry for each of {sensors} sensors, got {latency!r}")
     ages = []
-    for i, age in enumerate(given):
+    for i, age in enumerate(entries):
         if isinstance(age, (bool, np.bool_)) or not isinstance(age, (int, float, np.integer, np.floating)):
             raise InvalidInputError(f"latency[{i}] must be a number of base periods, got {age!r}")
         if not 0 <= age < np.inf:

@@ -125,12 +125,12 @@ def _filter(scaled: ScaledProblem, states: Array) -> list[Stage]:
     direct[n_z:, m:] = np.eye(gains.shape[2])
     parts = {}
     for rows in set(scaled.whitened.rows):
-        kept, columns = (np.array([*range(first), *(first + i for i in rows)], dtype=int) for first in (n_z, m))
-        parts[rows] = kept, columns, direct[np.ix_(kept, columns)]
+        indices, columns = (np.array([*range(first), *(first + i for i in rows)], dtype=int) for first in (n_z, m))
+        parts[rows] = indices, columns, direct[np.ix_(indices, columns)]
     stages = []
     for A, B, C, rows in zip(closed, drives, outputs, scaled.whitened.rows, strict=True):
-        kept, columns, D = parts[rows]
-        stages.append(Stage(A, B[:, columns], C[kept], D))
+        indices, columns, D = parts[rows]
+        stages.append(Stage(A, B[:, columns], C[indices], D))
     return stages
 
 
@@ -171,8 +171,8 @@ def _by_operators(errors: PeriodicSystem, white: PeriodicSystem) -> Callable[[fl
         def unseen(v: ComplexArray) -> ComplexArray:
             return v - V_adjoint(V(v))
 
-        own = largest_singular_value(lambda v: E_adjoint(E(v)), size)
-        return largest_singular_value(lambda v: unseen(E_adjoint(E(unseen(v)))), size, floor=ROUNDING * own)
+        scale = largest_singular_value(lambda v: E_adjoint(E(v)), size)
+        return largest_singular_value(lambda v: unseen(E_adjoint(E(unseen(v)))), size, floor=ROUNDING * scale)
 
     return value
 
@@ -396,7 +396,7 @@ def _zero(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
     values: list[float] = []
     places: list[float] = []
     for place, value in sorted(points, key=lambda point: abs(point[1])):
-        if len(places) < NEAREST and all(abs(place - other) > APART * other for other in places):
+        if len(places) < NEAREST and all(abs(place - neighbour) > APART * neighbour for neighbour in places):
             values.append(value)
             places.append(place)
     if len(places) < 2 or len(set(values)) < len(values):
@@ -432,19 +432,19 @@ def _solutions(centre: KalmanCentre, levels: Sequence[float]) -> list[Trial]:
     above, scaled = np.array(levels)[tried], centre.scaled
     maps = scaled.maps_each(above)
     states = stationary_each(maps, centre.states)
-    there = np.flatnonzero(np.isfinite(states).all(axis=(0, 2, 3)))
-    if not len(there):
+    cases = np.flatnonzero(np.isfinite(states).all(axis=(0, 2, 3)))
+    if not len(cases):
         return trials
-    states = states[:, there]
-    slack = 1 - largest_weighted(scaled, states) / above[there] ** 2
+    states = states[:, cases]
+    slack = 1 - largest_weighted(scaled, states) / above[cases] ** 2
     sound = semidefinite(states[:1])  # then all phases are, as long as the slack is positive
     checked = np.flatnonzero(sound & (slack > 0))
     if len(checked):
-        G = maps.G[:, there[checked]]
+        G = maps.G[:, cases[checked]]
         sound[checked] = stabilises(scaled, states[:, checked], maps._replace(G=G))
     for i in np.flatnonzero(sound):
         # Below -1 its size has no meaning for the root, and it may be huge where the recursion nearly escapes.
-        trials[tried[there[i]]] = states[:, i], max(float(slack[i]), -1.0)
+        trials[tried[cases[i]]] = states[:, i], max(float(slack[i]), -1.0)
     return trials
 
 

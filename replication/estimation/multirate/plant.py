@@ -167,8 +167,8 @@ class MultiratePlant(LinearPlant):
             R = factor @ factor.T
         Q = np.eye(B.shape[1]) if Q is None else Q
         noise = noise_factors(Q, R, S, disturbances=B.shape[1], sensors=len(C))
-        given = {"W": W, "B_u": B_u, "D_u": D_u}
-        shaped: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+        arguments = {"W": W, "B_u": B_u, "D_u": D_u}
+        shaped: dict[str, Any] = {name: value for name, value in arguments.items() if value is not None}
         return cls(A=A, C=C, B_d=B @ noise.F, B_w=B @ noise.E, D=noise.D, dt=dt, **shaped)
 
     @classmethod
@@ -215,8 +215,8 @@ class MultiratePlant(LinearPlant):
                 "system must have no feedthrough from its disturbances: set its D to zero there, move the input into "
                 "the state, or name the inputs that are disturbances"
             )
-        given = {name: value for name, value in {"Q": Q, "R": R, "S": S}.items() if value is not None}
-        make: Any = cls.from_covariances if given or D is None else cls
+        covariances = {name: value for name, value in {"Q": Q, "R": R, "S": S}.items() if value is not None}
+        make: Any = cls.from_covariances if covariances or D is None else cls
         known = {"B_u": parts.B_u, "D_u": parts.D_u, "dt": parts.signals.dt or 1.0}
-        made: MultiratePlant = make(A=parts.A, B_d=parts.B_d, C=parts.C, D=D, W=W, **known, **given)
-        return made
+        plant: MultiratePlant = make(A=parts.A, B_d=parts.B_d, C=parts.C, D=D, W=W, **known, **covariances)
+        return plant

@@ -42,8 +42,8 @@ class SensingSchedule:
     offsets: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
-        given = _as_tuple("periods", self.periods)
-        periods = tuple(positive_integer(f"periods[{i}]", N) for i, N in enumerate(given))
+        entries = _as_tuple("periods", self.periods)
+        periods = tuple(positive_integer(f"periods[{i}]", N) for i, N in enumerate(entries))
         if not periods:
             raise InvalidInputError("periods must name at least one sensor")
         if lcm(*periods) > MAX_PERIOD:
@@ -90,9 +90,9 @@ class SensingSchedule:
     @cached_property
     def kinds(self) -> tuple[tuple[int, ...], list[int]]:
         """The first instant of each set of sensors that measure together, and the number of the set at each instant."""
-        found: dict[tuple[int, ...], int] = {}
-        which = [found.setdefault(rows, len(found)) for rows in self.rows]
-        return tuple(which.index(kind) for kind in range(len(found))), which
+        numbers: dict[tuple[int, ...], int] = {}
+        which = [numbers.setdefault(rows, len(numbers)) for rows in self.rows]
+        return tuple(which.index(kind) for kind in range(len(numbers))), which
 
     def selection(self, k: int) -> Array:
         """S_k of eq. (4), shape (q, q)."""
@@ -118,7 +118,7 @@ def distinct_offsets(periods: Sequence[int]) -> Iterator[tuple[int, ...]]:
             f"periods {reference.periods} leave {count} sets of offsets, more than {MAX_OFFSETS}; fix some of the "
             "offsets yourself and compare the optima of the others"
         )
-    seen: set[tuple[int, ...]] = set()
+    representatives: set[tuple[int, ...]] = set()
     for tail in product(*(range(N) for N in reference.periods[1:])):
         offsets = (0, *tail)
         # A shift of the origin by a multiple of N_1 keeps theta_1 = 0; the least of the shifted offsets stands for all.
@@ -127,8 +127,8 @@ def distinct_offsets(periods: Sequence[int]) -> Iterator[tuple[int, ...]]:
             for s in range(0, reference.period, reference.periods[0])
         )
         representative = min(shifted)
-        if representative not in seen:
-            seen.add(representative)
+        if representative not in representatives:
+            representatives.add(representative)
             yield representative
 
 
@@ -184,8 +184,8 @@ class MultirateProblem:
             # What the measurements tell of the noise, J = B_w D_k'(D_k D_k')^-1, is taken out of the plant.
             J = np.linalg.solve(roots, (plant.B_w @ factor.Q[:, : plant.B_w.shape[1]]).mT).mT * due.mT
             A, B = plant.A - J @ C, np.concatenate([B, plant.B_w - J @ plant.D], axis=-1)
-        seen = np.asarray(np.linalg.solve(roots.mT, C), dtype=float)
-        return Whitened(A[which], B[which], seen[which], roots[which], J[which], self.schedule.rows)
+        rows = np.asarray(np.linalg.solve(roots.mT, C), dtype=float)
+        return Whitened(A[which], B[which], rows[which], roots[which], J[which], self.schedule.rows)
 
     def checked(self, gains: npt.ArrayLike) -> Array:
         """Gains as an array (N, n, q); raises InvalidInputError for another shape."""
@@ -237,8 +237,8 @@ def disturbances(plant: MultiratePlant, names: Signals) -> tuple[str, ...]:
     """Names of the columns of (d, w): of inputs where they are known, of sensors where each has noise of its own."""
     processes, (sensors, noises) = plant.B_d.shape[1], plant.D.shape
     d = names.disturbances if len(names.disturbances) == processes else numbered("d", processes)
-    own = sensors == noises and not np.any(plant.D - np.diag(np.diag(plant.D)))
-    return (*d, *(tuple(f"noise of {name}" for name in names.measurements) if own else numbered("w", noises)))
+    diagonal = sensors == noises and not np.any(plant.D - np.diag(np.diag(plant.D)))
+    return (*d, *(tuple(f"noise of {name}" for name in names.measurements) if diagonal else numbered("w", noises)))
 
 
 def observer_system(problem: MultirateProblem, gains: npt.ArrayLike) -> PeriodicSystem:
@@ -257,9 +257,9 @@ def observer_system(problem: MultirateProblem, gains: npt.ArrayLike) -> Periodic
     return PeriodicSystem(tuple(stages))
 
 
-def _of_type(name: str, value: Any, wanted: type, how: str) -> None:
-    if not isinstance(value, wanted):
-        raise InvalidInputError(f"{name} must be a {wanted.__name__}, got {type(value).__name__}; build it by {how}")
+def _of_type(name: str, value: Any, kind: type, how: str) -> None:
+    if not isinstance(value, kind):
+        raise InvalidInputError(f"{name} must be a {kind.__name__}, got {type(value).__name__}; build it by {how}")
 
 
 def _full_row_rank(D: Array) -> bool:
@@ -337,8 +337,8 @@ class ScaledProblem:
 
     def gains(self, corrected: Array) -> Array:
         """Gains L_k in the coordinates of the plant (N, n, q), zero for sensors that are not measured."""
-        given = following(self.T) @ self.whitened_gains(corrected)
-        return np.asarray(np.linalg.solve(self.whitened.roots, given.mT).mT + self.whitened.injected)
+        gains = following(self.T) @ self.whitened_gains(corrected)
+        return np.asarray(np.linalg.solve(self.whitened.roots, gains.mT).mT + self.whitened.injected)
 
     def unscaled(self, states: Array) -> Array:
         """T_k X_k T_k' for each phase, shape (N, n, n)."""

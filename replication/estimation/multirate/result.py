@@ -92,8 +92,8 @@ class MultirateResult(Design, Traded):
             return Solution({"L": riccati_design(problem, aim).gains})
         central = balanced_design(problem, best) if level is None else riccati_design(problem, level)
         aimed = central.level if np.isfinite(central.level) else "infinite"
-        asked = Evidence("level of the design", aimed, "least entropy")
-        return Solution({"L": central.gains}, (asked, *mean_error_facts(problem, central.gains)))
+        fact = Evidence("level of the design", aimed, "least entropy")
+        return Solution({"L": central.gains}, (fact, *mean_error_facts(problem, central.gains)))
 
     def error_system(self) -> PeriodicSystem:
         """Eqs. (16), (18)."""
@@ -159,14 +159,14 @@ def facts(result: MultirateResult, error: PeriodicSystem, best: Optimum, *, alon
 def mean_error_facts(problem: MultirateProblem, gains: Array) -> tuple[Evidence, ...]:
     """The root-mean-square error of gains (N, n, q), beside those without sensors, of the filter and of a smoother."""
     kalman = kalman_design(problem)
-    own, least = rms_error(problem, gains), rms_error(problem, kalman.gains)
+    error, least = rms_error(problem, gains), rms_error(problem, kalman.gains)
     W = problem.plant.W
     limit = float(np.sqrt(np.mean(np.trace(W @ smoothing_limit(problem, kalman.X) @ W.T, axis1=1, axis2=2))))
     how = "periodic Lyapunov equation"
     without = rms_if_finite(problem.without_sensors())
     return (
-        Evidence("rms error", own, f"white noise of unit intensity; {how}"),
-        *baselines(own, how, what="rms error", without=without, kalman=least, limit=limit),
+        Evidence("rms error", error, f"white noise of unit intensity; {how}"),
+        *baselines(error, how, what="rms error", without=without, kalman=least, limit=limit),
     )
 
 
@@ -198,7 +198,7 @@ class KalmanResult(MultirateResult):
     start: Array | None = None
 
     @classmethod
-    def solve(cls, problem: MultirateProblem, *given: Any, **aims: Any) -> Solution:
+    def solve(cls, problem: MultirateProblem, *arguments: Any, **aims: Any) -> Solution:
         """The steady state of the filter, with its covariances."""
         kalman = kalman_design(problem)
         gains = filter_gains(problem, kalman.X)
@@ -267,6 +267,6 @@ class KalmanResult(MultirateResult):
         start = self.start if P0 is None else P0
         run = StartingFilter(self.problem, self.gains["P"][0] if start is None else start)
         known, mask = np.zeros(self.problem.plant.B_u.shape[1]), self.problem.schedule.mask
-        done = [run.step(known, np.where(mask[k % len(mask)], 0.0, np.nan)) for k in range(count)]
-        predicted = [run.start, *(step.predicted_covariance for step in done[:-1])]
-        return np.stack(predicted), np.stack([step.covariance for step in done])
+        records = [run.step(known, np.where(mask[k % len(mask)], 0.0, np.nan)) for k in range(count)]
+        predicted = [run.start, *(step.predicted_covariance for step in records[:-1])]
+        return np.stack(predicted), np.stack([step.covariance for step in records])

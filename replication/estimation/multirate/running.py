@@ -98,9 +98,9 @@ class RunningKalman(RunningObserver):
         innovation = y - self._C.dot(self._past[0])
         if self._direct is not None:
             innovation -= self._direct @ u
-        due, there = self._mask[phase], innovation == innovation  # NaN is not itself
-        came, gated = (there if self.takes_any else due & there), 0
-        missed, extra = self._due[phase] - int(np.count_nonzero(due & there)), int(np.count_nonzero(there & ~due))
+        due, arrivals = self._mask[phase], innovation == innovation  # NaN is not itself
+        came, gated = (arrivals if self.takes_any else due & arrivals), 0
+        missed, extra = self._due[phase] - int(np.count_nonzero(due & arrivals)), int(np.count_nonzero(arrivals & ~due))
         if self.gate:
             passed = came & (innovation**2 <= self.gate**2 * self._variances(phase))
             gated, came = int(np.count_nonzero(came & ~passed)), passed
@@ -109,8 +109,8 @@ class RunningKalman(RunningObserver):
         shown = innovation
         if not came.all():
             shown, innovation = np.where(came, innovation, np.nan), np.where(came, innovation, 0.0)
-        other = missed or gated or (extra and self.takes_any)
-        self._latest = self._update(phase, innovation, came if other else None, driven, shown)
+        irregularity = missed or gated or (extra and self.takes_any)
+        self._latest = self._update(phase, innovation, came if irregularity else None, driven, shown)
         self.missed += missed
         self.unscheduled += extra
         self.gated += gated
@@ -247,13 +247,13 @@ class StartingFilter(RunningKalman):
             step.filtered.flags.writeable = step.following.flags.writeable = False  # they are handed out
             if came is None:
                 self._kept[phase] = self._cross[0], step
-        K, own = step.K, [step.filtered]
+        K, covariances = step.K, [step.filtered]
         if self.lag:
-            K, own = self._smoothed(sensors, step)
+            K, covariances = self._smoothed(sensors, step)
         self._cross[0] = step.following
-        self._own = [step.following, *own[:-1]]
+        self._own = [step.following, *covariances[:-1]]
         now = self._shifted(K, step.L, innovation, driven)
-        return KalmanStep(now[0], step.filtered, self._past[0], step.following, shown, now[-1], own[-1])
+        return KalmanStep(now[0], step.filtered, self._past[0], step.following, shown, now[-1], covariances[-1])
 
     def _variances(self, phase: int) -> Array:
         return np.asarray(np.einsum("qa,ab,qb->q", self._C, self._cross[0], self._C) + self._noise)
@@ -270,11 +270,11 @@ class StartingFilter(RunningKalman):
 
     def _smoothed(self, sensors: Sensing, step: Correction) -> tuple[Array, list[Array]]:
         """Gains (lag + 1, n, q) and covariances of x^(k-i|k); what is carried along goes on to the next instant."""
-        K, own = [step.K], [step.filtered]
+        K, covariances = [step.K], [step.filtered]
         for cross, before in zip(self._cross[1:], self._own[1:], strict=True):
             gain = solve(step.innovation, sensors.C @ cross.T).T
             K.append(gain)
-            own.append(before - gain @ step.innovation @ gain.T)
+            covariances.append(before - gain @ step.innovation @ gain.T)
         closed = self._A - step.L @ sensors.C
         self._cross[1:] = [cross @ closed.T for cross in self._cross[:-1]]
-        return np.stack(K), own
+        return np.stack(K), covariances

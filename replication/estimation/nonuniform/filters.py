@@ -12,13 +12,12 @@ import numpy as np
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.linear.norms import GainBracket, l2_gain
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
+from replication.estimation.linear.riccati import gramians
 from replication.estimation.nonuniform.plant import SampledPlant
 from replication.estimation.validation import Array, as_matrix
 
 if TYPE_CHECKING:
     import control
-
-DOUBLINGS = 50
 
 
 class Estimator(ABC):
@@ -192,14 +191,11 @@ def error_system(plant: SampledPlant, filter_: Estimator, h: float) -> Stage:
 
 
 def gramian(A: Array, B: Array) -> Array:
-    """W = A W A' + B B' (n, n) of a Schur stable A (n, n), by doubling the horizon: units do not matter."""
-    W = B @ B.T
-    for _ in range(DOUBLINGS):
-        added = A @ W @ A.T
-        W, A = W + added, A @ A
-        if np.all(np.abs(added) <= np.finfo(float).eps * np.sqrt(np.outer(np.diag(W), np.diag(W)))):
-            return np.asarray((W + W.T) / 2)
-    raise SolverError(f"the Gramian did not settle in {DOUBLINGS} doublings; a pole lies too near the unit circle")
+    """W = A W A' + B B' (n, n) of a Schur stable A (n, n)."""
+    reached = gramians([(A, B)])
+    if reached is None:
+        raise SolverError("the Gramian did not settle; a pole lies too near the unit circle")
+    return np.asarray(reached[0])
 
 
 def periodic_gain(plant: SampledPlant, filter_: Estimator, periods: Sequence[float]) -> GainBracket:

@@ -15,7 +15,7 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.linear.norms import hinf_norm
 from replication.estimation.linear.riccati import RiccatiMap, compose, settled, stacked, symmetric
 from replication.estimation.nonuniform.filters import Filter, observer, periodic_gain
-from replication.estimation.nonuniform.plant import SampledPlant
+from replication.estimation.nonuniform.plant import SampledPlant, balancing
 from replication.estimation.validation import Array, positive_scalar
 
 START = 1e-9
@@ -90,9 +90,9 @@ def riccati_filter(plant: SampledPlant, h: float, level: float) -> NominalDesign
     Raises InvalidInputError if the measurements reveal w so that R_11 = C P C' + DD' tends to a singular matrix (more
     measurements than disturbances, for example), SolverError if the recursion neither settles nor fails.
     """
-    gamma = positive_scalar("level", level)
+    gamma, T = positive_scalar("level", level), balancing(plant)
+    original, (plant, rows) = plant, _independent(plant.in_coordinates(T))
     Phi, Gamma = plant.discretise(h)
-    original, (plant, rows) = plant, _independent(plant)
     start = START * np.linalg.norm(Gamma @ Gamma.T, 2) * np.eye(plant.order)
     full_rank = np.linalg.matrix_rank(plant.D) == len(plant.D)
     P = _doubled(plant, Phi, Gamma, gamma, start) if full_rank else _stepped(plant, Phi, Gamma, gamma, start)
@@ -105,7 +105,7 @@ def riccati_filter(plant: SampledPlant, h: float, level: float) -> NominalDesign
     C, D, L = plant.C, plant.D, plant.L
     Q = P + P @ L.T @ np.linalg.solve(gamma**2 * np.eye(len(L)) - L @ P @ L.T, L @ P)
     gain = np.linalg.solve(C @ Q @ C.T + D @ D.T, (Phi @ Q @ C.T + Gamma @ D.T).T).T
-    filter_ = observer(original, h, gain @ rows)
+    filter_ = observer(original, h, np.linalg.solve(T, gain) @ rows)
     return NominalDesign(gamma, filter_) if filter_.spectral_radius() < 1 else None
 
 

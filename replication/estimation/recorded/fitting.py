@@ -215,8 +215,8 @@ def fit(
     biased = tuple(form.sensors.index(name) for name in biases)
     cost_of = Likelihood(form, data, guess, free, biased, tardy, begun(form, start))
     variance = (np.arange(len(names)) < logs)[free]
-    told = tuple(name for name, one in zip(names, free, strict=True) if one)
-    theta, cost, information = _optimum(cost_of, guess[free], variance, told)
+    parameters = tuple(name for name, flag in zip(names, free, strict=True) if flag)
+    theta, cost, information = _optimum(cost_of, guess[free], variance, parameters)
     deviations = np.sqrt(np.diag(np.linalg.inv(information)))
     width = stats.norm.ppf((1 + PROBABILITY) / 2) * deviations
     ends = np.column_stack([theta - width, theta + width])
@@ -224,7 +224,7 @@ def fit(
     noise = Parameters(v[:1], R[:1], bias[:1])
     return Fit(
         plant=form.refitted(noise.v[0], noise.R[0]),
-        names=told,
+        names=parameters,
         values=np.where(variance, np.exp(theta), theta),
         intervals=np.where(variance[:, None], np.exp(ends), ends),
         errors=deviations,

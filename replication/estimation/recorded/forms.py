@@ -161,7 +161,7 @@ def _multirate(observer: KalmanFilter | StartingFilter) -> Form:
         raise InvalidInputError("B_w makes noise of plant and sensors correlated: describe both as independent")
     columns = [int(i) for i in np.flatnonzero(np.any(plant.B_d, axis=0))]
     effects = _squares(plant.B_d.T[columns])
-    own = signals.disturbances if len(signals.disturbances) == plant.B_d.shape[1] else numbered("d", plant.B_d.shape[1])
+    d = signals.disturbances if len(signals.disturbances) == plant.B_d.shape[1] else numbered("d", plant.B_d.shape[1])
 
     def moves(log: Log) -> Moves:
         return Moves(plant.A[None], plant.B_u[None], effects[None], np.zeros(len(log.t), dtype=int))
@@ -178,7 +178,7 @@ def _multirate(observer: KalmanFilter | StartingFilter) -> Form:
     return Form(
         sensors=signals.measurements or numbered("y", plant.sensors),
         inputs=signals.inputs,
-        noise=tuple(f"variance of {own[i]}" for i in columns),
+        noise=tuple(f"variance of {d[i]}" for i in columns),
         v=np.ones(len(columns)),
         C=plant.C,
         D_u=plant.D_u,

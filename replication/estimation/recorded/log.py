@@ -161,13 +161,13 @@ def _columns(log: Any) -> dict[str, Array]:
     return columns
 
 
-def by_sensor(name: str, given: Mapping[str, float], sensors: Sequence[str]) -> Array:
-    """One number for each sensor that `given` names, NaN for the others (q,); raises InvalidInputError."""
+def by_sensor(name: str, values: Mapping[str, float], sensors: Sequence[str]) -> Array:
+    """One number for each sensor that `values` names, NaN for the others (q,); raises InvalidInputError."""
     try:
-        numbers = {sensor: float(value) for sensor, value in given.items()}
+        numbers = {sensor: float(value) for sensor, value in values.items()}
     except (AttributeError, TypeError, ValueError):
-        raise InvalidInputError(f"{name} must name sensors with a number each, got {given!r}") from None
+        raise InvalidInputError(f"{name} must name sensors with a number each, got {values!r}") from None
     unknown = [sensor for sensor in numbers if sensor not in sensors]
     if unknown or not np.all(np.isfinite(list(numbers.values()))):
-        raise InvalidInputError(f"{name} must be finite numbers for sensors out of {list(sensors)}, got {given!r}")
+        raise InvalidInputError(f"{name} must be finite numbers for sensors out of {list(sensors)}, got {values!r}")
     return np.array([numbers.get(sensor, np.nan) for sensor in sensors])

@@ -231,15 +231,15 @@ def _extended(
         instants.append(now := run.update(prior, y, u))
         used[k] = now.used
         e[k, 0, used[k]], V[k, 0][np.ix_(used[k], used[k])] = now.innovation, now.spread
-    x, P = np.array([one.mean for one in instants]), np.array([one.covariance for one in instants])
-    found = Run(x, P, e, V, used, sum(one.gated for one in instants))
-    return judged(data, tuple(plant.sensors), due[np.arange(N) % len(due)], found)
+    x, P = np.array([instant.mean for instant in instants]), np.array([instant.covariance for instant in instants])
+    outcome = Run(x, P, e, V, used, sum(instant.gated for instant in instants))
+    return judged(data, tuple(plant.sensors), due[np.arange(N) % len(due)], outcome)
 
 
-def judged(log: Log, sensors: tuple[str, ...], due: NDArray[np.bool_], found: Run, under_way: int = 0) -> Replay:
+def judged(log: Log, sensors: tuple[str, ...], due: NDArray[np.bool_], run: Run, under_way: int = 0) -> Replay:
     """The verdicts on what a filter made of a log; under_way: how many of the last states are late samples."""
-    w, came = whitened(found), ~np.isnan(log.y)
-    used, n = found.used.sum(axis=0), found.x.shape[1] - under_way
+    w, came = whitened(run), ~np.isnan(log.y)
+    used, n = run.used.sum(axis=0), run.x.shape[1] - under_way
     for name, few, all_of in zip(sensors, used, came.sum(axis=0), strict=True):
         if few <= LAGS:
             raise InvalidInputError(
@@ -257,14 +257,14 @@ def judged(log: Log, sensors: tuple[str, ...], due: NDArray[np.bool_], found: Ru
     return Replay(
         log=log,
         sensors=sensors,
-        estimates=found.x[:, :n],
-        covariances=found.P[:, :n, :n],
-        innovations=np.where(found.used, found.e[:, 0], np.nan),
+        estimates=run.x[:, :n],
+        covariances=run.P[:, :n, :n],
+        innovations=np.where(run.used, run.e[:, 0], np.nan),
         whitened=w,
         used=used,
         missing=np.sum(due & ~came, axis=0),
         unscheduled=int(np.sum(came & ~due)),
-        gated=int(found.gated),
+        gated=int(run.gated),
         white=np.array([ljung_box(series[~np.isnan(series)]) for series in w.T]),
         nis=float(np.nansum(w**2) / count),
         interval=(float(low), float(high)),

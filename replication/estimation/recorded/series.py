@@ -90,55 +90,55 @@ class Series:
     gate: float = 0.0
     drift: Drift | None = None
 
-    def run(self, given: Parameters) -> Run:
+    def run(self, parameters: Parameters) -> Run:
         """Along the whole log."""
-        log, (N, q), n, p = self.log, self.log.y.shape, len(self.P0), len(given.R) - 1
+        log, (N, q), n, p = self.log, self.log.y.shape, len(self.P0), len(parameters.R) - 1
         due = self.due & ~np.isnan(log.y)
         used = due.copy()
-        y = np.where(due, log.y - self.known - given.bias[0], 0.0)
-        spread = np.einsum("ps,usij->upij", given.v, self.noise)
+        y = np.where(due, log.y - self.known - parameters.bias[0], 0.0)
+        spread = np.einsum("ps,usij->upij", parameters.v, self.noise)
         X, P = np.zeros((p + 1, n)), np.zeros((p + 1, n, n))
         X[0], P[0] = self.x0, self.P0
-        found = Run(np.empty((N, n)), np.empty((N, n, n)), np.empty((N, p + 1, q)), np.empty((N, p + 1, q, q)), used, 0)
+        run = Run(np.empty((N, n)), np.empty((N, n, n)), np.empty((N, p + 1, q)), np.empty((N, p + 1, q, q)), used, 0)
         sensing: dict[bytes, Sensing] = {}
-        kept: dict[tuple[bytes, int, int], Correction] = {}
+        corrections: dict[tuple[bytes, int, int], Correction] = {}
         phases, repeats = 1 if self.gains is None else len(self.gains), len(self.Phi) <= REPEATS
         for k, (sample, came, step) in enumerate(zip(y, used, self.which.tolist(), strict=True)):
             if self.gate:
-                variances = np.diag(self.C @ P[0] @ self.C.T + given.R[0])
+                variances = np.diag(self.C @ P[0] @ self.C.T + parameters.R[0])
                 came &= (sample - self.C @ X[0]) ** 2 <= self.gate**2 * variances
             key = came.tobytes()
             if key not in sensing:
-                sensing[key] = _sensing(self.C, given, came)
+                sensing[key] = _sensing(self.C, parameters, came)
             sensors, place = sensing[key], (key, step, k % phases)
-            now = kept.get(place)
+            now = corrections.get(place)
             if now is None or np.abs(P - now.prior).max() > SETTLED * np.abs(P).max():
                 fixed = None if self.gains is None else self.gains[k % phases] * came
                 now = _corrected(P, sensors, self.Phi[step], spread[step], fixed)
                 if repeats:
-                    kept[place] = now
-            e = found.e[k]
+                    corrections[place] = now
+            e = run.e[k]
             np.subtract(sensors.shift, X @ sensors.C.T, out=e)
             e[0] += sample * came
             X = X + e @ now.K.T
             if p:
                 X[1:] += now.dK @ e[0]
-            found.x[k], found.P[k], found.V[k] = X[0], now.filtered[0], now.V
+            run.x[k], run.P[k], run.V[k] = X[0], now.filtered[0], now.V
             X = X @ self.Phi[step].T
             X[0] += self.drive[k]
             P = now.following
-            if self.drift is not None and given.late:
-                P = self._moved(k, X, P, given)
-        return found._replace(gated=int(np.sum(due & ~used)))
+            if self.drift is not None and parameters.late:
+                P = self._moved(k, X, P, parameters)
+        return run._replace(gated=int(np.sum(due & ~used)))
 
-    def _moved(self, k: int, X: Array, P: Array, given: Parameters) -> Array:
+    def _moved(self, k: int, X: Array, P: Array, parameters: Parameters) -> Array:
         """The derivatives after a step that becomes longer with a latency."""
         assert self.drift is not None
         A, noise, drive, longer = self.drift
         moved = np.array(P)
         flow = A @ P[0]
-        flow = flow + flow.T + np.tensordot(given.v[0], noise, 1)
-        for i, sensor in enumerate(given.late, start=len(P) - len(given.late)):
+        flow = flow + flow.T + np.tensordot(parameters.v[0], noise, 1)
+        for i, sensor in enumerate(parameters.late, start=len(P) - len(parameters.late)):
             X[i] += longer[k, sensor] * (A @ X[0] + drive[k])
             moved[i] += longer[k, sensor] * flow
         return moved
@@ -153,10 +153,10 @@ class Sensing(NamedTuple):
     shift: Array
 
 
-def _sensing(C: Array, given: Parameters, came: NDArray[np.bool_]) -> Sensing:
-    R = given.R * came[:, None] * came
+def _sensing(C: Array, parameters: Parameters, came: NDArray[np.bool_]) -> Sensing:
+    R = parameters.R * came[:, None] * came
     R[0] += np.diag(~came)
-    shift = -given.bias * came
+    shift = -parameters.bias * came
     shift[0] = 0.0
     return Sensing(C * came[:, None], R, shift)
 
@@ -188,15 +188,15 @@ def _corrected(P: Array, sensors: Sensing, Phi: Array, noise: Array, fixed: Arra
     return Correction(P, V, K, (crossed[1:] - K @ V[1:]) @ inverse, filtered, Phi @ filtered @ Phi.T + noise)
 
 
-def likelihood(found: Run) -> tuple[float, Array, Array]:
+def likelihood(run: Run) -> tuple[float, Array, Array]:
     """-ln L, its gradient (p,), and Fisher's information (p, p); raises SolverError if rounding spoils a covariance."""
-    e, V, de, dV = found.e[:, 0], found.V[:, 0], found.e[:, 1:], found.V[:, 1:]
+    e, V, de, dV = run.e[:, 0], run.V[:, 0], run.e[:, 1:], run.V[:, 1:]
     inverse = np.linalg.inv(V)
     weighted = np.einsum("kab,kb->ka", inverse, e)
     sign, size = np.linalg.slogdet(V)
     if not np.all(sign > 0):
         raise SolverError(LOST)
-    cost = 0.5 * (size.sum() + np.sum(e * weighted) + np.log(2 * np.pi) * found.used.sum())
+    cost = 0.5 * (size.sum() + np.sum(e * weighted) + np.log(2 * np.pi) * run.used.sum())
     relative = inverse[:, None] @ dV
     gradient = 0.5 * np.einsum("kiaa->i", relative) + np.einsum("kia,ka->i", de, weighted)
     gradient -= 0.5 * np.einsum("ka,kiab,kb->i", weighted, dV, weighted, optimize=True)
@@ -207,13 +207,13 @@ def likelihood(found: Run) -> tuple[float, Array, Array]:
     return float(cost), gradient, information
 
 
-def whitened(found: Run) -> Array:
+def whitened(run: Run) -> Array:
     """Innovations as independent numbers of variance one if the model is right (N, q); NaN where none was used.
 
     Raises SolverError if rounding spoils their covariance.
     """
     try:
-        roots = np.linalg.cholesky(found.V[:, 0])
+        roots = np.linalg.cholesky(run.V[:, 0])
     except np.linalg.LinAlgError:
         raise SolverError(LOST) from None
-    return np.where(found.used, np.linalg.solve(roots, found.e[:, 0, :, None])[..., 0], np.nan)
+    return np.where(run.used, np.linalg.solve(roots, run.e[:, 0, :, None])[..., 0], np.nan)

@@ -13,7 +13,7 @@ from scipy.optimize import linear_sum_assignment
 from slow_loops import MOTOR, MOTOR_DESIGN, START, motor_loop, random_design
 
 from replication.errors import InfeasibleError
-from replication.estimation.dualrate.facade import design
+from replication.estimation.dualrate.facade import analyse, design
 from replication.estimation.dualrate.loop import (
     DualRateLoop,
     close_loop,
@@ -170,3 +170,17 @@ def test_the_noise_of_a_design_is_that_in_other_units_of_the_states_without_a_wa
             found += 1
             assert moved.value == pytest.approx(plain.value, rel=1e-6)
     assert found > 10
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1e5, 1e9])
+def test_a_small_unit_of_a_fast_state_hides_nothing_of_a_slow_one(unit: float) -> None:
+    """Means of squares do not settle for the largest numbers alone, nor do coordinates of a design follow the units."""
+    both = []
+    for d in (1.0, unit):
+        plant = make_plant(np.diag([-1e-3, -30.0]), [[1e-3, 0], [0, 30 * d]], [[1, 0], [0, 1 / d]])
+        given = {"feedback": [[-0.5, 0], [0, -0.1 / d]], "injection": [[5e-3, 0], [0, 0.1 * d]]}
+        weights = {"state_weight": [1, 1e-3 / d**2], "process_noise": [1e-6, d**2], "sensor_noise": [1, 1e-4]}
+        noise = analyse(plant, **given, period=0.05, ratio=4).fact("noise to output").value
+        slow = design(plant, period=0.05, ratio=4, at="slow", **weights)
+        both.append([noise, slow.fact("root mean square").value, slow.value, slow.gains["K"][0, 0, 0]])
+    np.testing.assert_allclose(*both, rtol=1e-9)

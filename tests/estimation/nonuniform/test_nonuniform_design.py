@@ -295,3 +295,10 @@ def test_units_of_the_states_change_neither_gain_nor_level(units):
         assert other.value == pytest.approx(plain.value, rel=1e-6)
         one, two = (result.gains["G_x" if design is design_stamped else "B_f"] for result in (plain, other))
         np.testing.assert_allclose(two / np.array(units)[:, None], one, rtol=1e-3)
+
+
+def test_units_of_the_states_change_no_limit_of_filters_at_one_period():
+    A, B = [[-0.02, 0.02, 0], [0.005, -0.008, 0.003], [0, 2, -6]], [[0.01, 0], [0, 0], [3, 0]]
+    plant = SampledPlant(A, B, [[1, 0, 0]], [[0, 0.2]], [[0, 1, 0]])
+    plain, moved = (riccati_level(one, 6.0).level for one in (plant, plant.in_coordinates(np.diag([1e-4, 1e5, 1e9]))))
+    assert moved == pytest.approx(plain, rel=1e-8)

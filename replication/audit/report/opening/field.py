@@ -85,22 +85,22 @@ def field(papers: Sequence[PaperView]) -> Field:
     ]
     filled = {cell.consequence for lane in lanes for cell in lane.cells if cell.marks or cell.timed}
     columns = tuple(kind for kind in Consequence if kind in filled)
-    own = [view.record for paper in papers for view in paper.claims if view.record.counted]
+    records = [view.record for paper in papers for view in paper.claims if view.record.counted]
     return Field(
         broken=tuple(lane for lane in lanes if lane.failing and lane.standing.broken),
         off=tuple(lane for lane in lanes if lane.failing and not lane.standing.broken),
         mended=tuple(lane for lane in lanes if lane.standing.corrected and not lane.standing.broken),
         lanes=tuple(lanes),
         columns=columns,
-        tally=tally(own),
+        tally=tally(records),
     )
 
 
 def _cell(paper: PaperView, kind: Consequence) -> Cell:
     listed = [view for view in paper.claims if view.consequence is kind]
-    own = [view for view in listed if view.record.counted]
-    timed = [view for view in own if view.record.timed]
-    marks = sorted((view for view in own if view not in timed), key=lambda view: ORDER.index(view.record.verdict))
+    counted = [view for view in listed if view.record.counted]
+    timed = [view for view in counted if view.record.timed]
+    marks = sorted((view for view in counted if view not in timed), key=lambda view: ORDER.index(view.record.verdict))
     failing: dict[tuple[str, Verdict], list[ClaimView]] = defaultdict(list)
     for view in marks:
         if view.record.verdict in DISAGREES:
@@ -110,7 +110,7 @@ def _cell(paper: PaperView, kind: Consequence) -> Cell:
         marks=tuple(marks),
         timed=tuple(timed),
         failing=tuple(
-            (_named(found[0], alone=len(found) == 1), len(found), verdict) for (_, verdict), found in failing.items()
+            (_named(views[0], alone=len(views) == 1), len(views), verdict) for (_, verdict), views in failing.items()
         )[:MOST_PLACES],
         repeats=sum(bool(view.record.claim.repeats) for view in listed),
     )

@@ -115,21 +115,21 @@ def rows(lanes: Iterable[Lane], told: Mapping[str, BriefView | None], figures: P
     return tuple(_row(lane, told.get(lane.paper.record.key), figures) for lane in lanes if lane.standing.claims)
 
 
-def _row(lane: Lane, told: BriefView | None, figures: Path) -> Row:
+def _row(lane: Lane, brief: BriefView | None, figures: Path) -> Row:
     paper, stands = lane.paper, lane.standing
     tone, mark, word = _verdict(stands)
     findings = paper.record.findings
     first = findings[0] if findings else paper.record.title
-    headline = told.headline if told and told.headline.text else Told(parts=((first, ""),), shaken=False)
+    headline = brief.headline if brief and brief.headline.text else Told(parts=((first, ""),), shaken=False)
     linked = [link for _, link in headline.parts if link]
     known = {anchor("claim", view.record.id): view.record.evidence.certificates for view in paper.claims}
     return Row(
         paper=paper,
         tone=tone,
         mark=mark,
-        verdict=told.verdict.text if told and told.verdict.text else word,
+        verdict=brief.verdict.text if brief and brief.verdict.text else word,
         headline=headline,
-        said=told.card if told else None,
+        said=brief.card if brief else None,
         picture=_picture(paper, figures),
         proofs=tuple(path for link in linked for path in known.get(link, ())),
     )
@@ -156,7 +156,7 @@ def _picture(paper: PaperView, figures: Path) -> TracesView | tuple[BarView, ...
     if isinstance(picture, Bars):
         return tuple(_pair(pair, paper, known) for pair in picture.pairs)
     if isinstance(picture, Entries):
-        listed = [(name, tuple(_boxed(_claim(one, paper, known)) for one in cells)) for name, cells in picture.rows]
+        listed = [(name, tuple(_boxed(_claim(cell, paper, known)) for cell in cells)) for name, cells in picture.rows]
         return EntriesView(columns=picture.columns, rows=tuple(listed), text=picture.text)
     return next(filter(None, map(_of_table, paper.tables)), None)
 

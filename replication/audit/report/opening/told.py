@@ -87,7 +87,7 @@ def briefs(results: ResultsFile) -> dict[str, BriefView]:
 
 def _targets(results: ResultsFile) -> dict[str, Target]:
     """By id. A number that needs a correction does not hold as printed; one within a solver's accuracy is no error."""
-    found = {
+    targets = {
         erratum.id: Target(
             link=anchor("erratum", erratum.id), says=OPEN if erratum.inference else FAILS, shaken=not erratum.holds
         )
@@ -96,8 +96,8 @@ def _targets(results: ResultsFile) -> dict[str, Target]:
     for claim in results.claims:
         corrected = claim.verdict is Verdict.COMPATIBLE and Policy.ERRATUM in claim.judgement.policies
         says = _SAYS[claim.verdict] + (FAILS if corrected else "")
-        found[claim.id] = Target(link=anchor("claim", claim.id), says=says, shaken=claim.unexpected, record=claim)
-    return found
+        targets[claim.id] = Target(link=anchor("claim", claim.id), says=says, shaken=claim.unexpected, record=claim)
+    return targets
 
 
 def _view(paper: PaperRecord, brief: Brief, known: Mapping[str, Target]) -> BriefView:
@@ -124,29 +124,29 @@ def sentences(text: str) -> list[str]:
     return _ENDS.split(text)
 
 
-def _joined(told: Iterable[Told]) -> Told:
+def _joined(texts: Iterable[Told]) -> Told:
     """Several sentences as one text."""
-    listed = tuple(told)
-    parts = [part for one in listed for part in (*one.parts, (" ", ""))]
+    listed = tuple(texts)
+    parts = [part for text in listed for part in (*text.parts, (" ", ""))]
     return Told(
         parts=tuple(parts[:-1]),
-        shaken=any(one.shaken for one in listed),
-        numbers=tuple(number for one in listed for number in one.numbers),
+        shaken=any(text.shaken for text in listed),
+        numbers=tuple(number for text in listed for number in text.numbers),
     )
 
 
 def _told(sentence: str, line: str, key: str, known: Mapping[str, Target]) -> Told:
-    filled = {found[0]: _filled(found[0], found.groups(), key, known) for found in _NUMBER.finditer(sentence)}
-    sentence = _NUMBER.sub(lambda found: filled[found[0]][0], sentence)
+    filled = {numeral[0]: _filled(numeral[0], numeral.groups(), key, known) for numeral in _NUMBER.finditer(sentence)}
+    sentence = _NUMBER.sub(lambda numeral: filled[numeral[0]][0], sentence)
     parts: list[tuple[str, str]] = []
     end, shaken = 0, False
     for match in LINK.finditer(require_short(sentence)):
         words, sign, name = match.groups()
         target = _target(name, key, known)
-        said = sign or line
-        if not said or (said not in (*target.says, ANYTHING) and not target.shaken):
+        mark = sign or line
+        if not mark or (mark not in (*target.says, ANYTHING) and not target.shaken):
             raise AuditError(
-                f"the brief of {key} says that {name!r} {_NAMES.get(said, 'is something, without a sign before it')}, "
+                f"the brief of {key} says that {name!r} {_NAMES.get(mark, 'is something, without a sign before it')}, "
                 f"and the results do not: correct {sentence!r}"
             )
         shaken = shaken or target.shaken
@@ -165,7 +165,7 @@ def _target(name: str, key: str, known: Mapping[str, Target]) -> Target:
 
 def _filled(text: str, parts: tuple[str | None, ...], key: str, known: Mapping[str, Target]) -> tuple[str, float]:
     """What `text` in braces becomes, and the number in it."""
-    name, how, other = parts
+    name, how, divisor = parts
     record = _target(name or "", key, known).record
     refused = AuditError(f"the brief of {key} tells a number as {text}, which has no single one; link it instead")
     if record is None or isinstance(record.evidence.value, tuple):
@@ -187,7 +187,7 @@ def _filled(text: str, parts: tuple[str | None, ...], key: str, known: Mapping[s
     if not isinstance(lower, int | float):
         raise refused
     if how == "over":
-        under = _target(other or "", key, known).record
+        under = _target(divisor or "", key, known).record
         lower /= float(rounds_to(under.claim.printed, 0)[0]) if under is not None else math.nan
     shown = numerals.at_least(lower, LOWER_DIGITS)
     return shown, float(shown)

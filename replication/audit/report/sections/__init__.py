@@ -53,8 +53,8 @@ _SECTIONS: tuple[tuple[str, str, Build], ...] = (
 _NUMBERS: Mapping[str, Callable[[Any], dict[str, int]]] = {
     "sensitivity": lambda shown: {"tried": len(shown), "moved": sum(bool(item.deciding) for item in shown)},
     "controls": lambda shown: {
-        "tried": sum(one.tried for one in shown),
-        "missed": sum(one.tried - one.caught for one in shown),
+        "tried": sum(control.tried for control in shown),
+        "missed": sum(control.tried - control.caught for control in shown),
     },
     "experiments": lambda shown: {"run": len(shown), "failed": sum(bool(record.error) for record in shown)},
 }

@@ -83,8 +83,8 @@ def chart(shown: Sequence[Column]) -> Chart | None:
     heights = dict(zip(map(id, whole), spread(ends, [NAME_HEIGHT] * len(whole)), strict=True))
     curves = []
     for column in chosen:
-        along, found = zip(*sorted(column.costs.items()), strict=True)
-        lower, upper = zip(*found, strict=True)
+        along, bounds = zip(*sorted(column.costs.items()), strict=True)
+        lower, upper = zip(*bounds, strict=True)
         dots = tuple((round(frame.x(m), 1), round(frame.y(cost), 1)) for m, cost in zip(along, upper, strict=True))
         curves.append(
             CostCurve(
@@ -112,12 +112,12 @@ def across(results: ResultsFile) -> tuple[Column, ...]:
 
 
 def _columns(paper: PaperRecord) -> list[Column]:
-    made = []
+    columns = []
     for sensor in dict.fromkeys(level.sensor for level in paper.common):
         levels = [level for level in paper.common if level.sensor == sensor]
         ideal = next((level for level in levels if level.multiple == 1), None)
         if ideal is not None:
             costs = {level.multiple: (level.lower / ideal.upper, level.upper / ideal.lower) for level in levels}
             costs[1] = (1.0, 1.0)
-            made.append(Column(paper=paper, sensor=sensor, measure=ideal.measure, ideal=ideal, costs=costs))
-    return made
+            columns.append(Column(paper=paper, sensor=sensor, measure=ideal.measure, ideal=ideal, costs=costs))
+    return columns

@@ -39,9 +39,9 @@ def proofs(results: ResultsFile) -> Proofs | None:
     """What the certificates of `results` prove, each with its claims; None if there is no certificate."""
     if not results.certificates:
         return None
-    asked = once(results.claims)
+    records = once(results.claims)
     reasons: dict[str, list[ClaimRecord]] = {}
-    for claim in asked:
+    for claim in records:
         if not claim.judgement.proved and not claim.judgement.supported:
             reasons.setdefault(claim.judgement.unproved or NO_REASON, []).append(claim)
     return Proofs(
@@ -49,9 +49,9 @@ def proofs(results: ResultsFile) -> Proofs | None:
             (certificate, tuple(claim for claim in results.claims if certificate.path in claim.evidence.certificates))
             for certificate in results.certificates
         ),
-        asked=len(asked),
-        proved=sum(claim.judgement.proved for claim in asked),
-        supported=sum(bool(claim.judgement.supported) for claim in asked),
+        asked=len(records),
+        proved=sum(claim.judgement.proved for claim in records),
+        supported=sum(bool(claim.judgement.supported) for claim in records),
         listed=len(results.certificates),
         twice=sum(certificate.proved and certificate.second for certificate in results.certificates),
         machine=sum(certificate.proved and bool(certificate.machine) for certificate in results.certificates),
@@ -70,8 +70,8 @@ def lineages(results: ResultsFile) -> tuple[Lineage, ...]:
         for name in claim.claim.uses:
             users.setdefault(name, []).append(claim)
     known = [(record, tuple(users[record.name])) for record in results.experiments if record.name in users]
-    found = ((paper, tuple(pair for pair in known if pair[0].paper == paper.key)) for paper in results.papers)
-    return tuple((paper, pairs) for paper, pairs in found if pairs)
+    papers = ((paper, tuple(pair for pair in known if pair[0].paper == paper.key)) for paper in results.papers)
+    return tuple((paper, pairs) for paper, pairs in papers if pairs)
 
 
 Allowance = tuple[str, str, str, tuple[ClaimRecord, ...]]
@@ -80,11 +80,11 @@ Allowance = tuple[str, str, str, tuple[ClaimRecord, ...]]
 
 def allowances(claims: Iterable[ClaimRecord]) -> tuple[Allowance, ...]:
     """Every allowance that a claim uses, once for each size and reason, in the order of the claims."""
-    found: dict[tuple[str, str, str], list[ClaimRecord]] = {}
+    groups: dict[tuple[str, str, str], list[ClaimRecord]] = {}
     for claim in claims:
         for allowance in dict.fromkeys(_of(claim)):
-            found.setdefault(allowance, []).append(claim)
-    return tuple((*what, tuple(users)) for what, users in found.items())
+            groups.setdefault(allowance, []).append(claim)
+    return tuple((*what, tuple(users)) for what, users in groups.items())
 
 
 def _of(claim: ClaimRecord) -> Iterator[tuple[str, str, str]]:
@@ -128,22 +128,22 @@ class ClaimRoom:
 def rooms(results: ResultsFile) -> tuple[ClaimRoom, ...]:
     """All claims that were tried, in the order of the claims; AuditError if one of them is unknown."""
     claims = {claim.id: claim for claim in results.claims}
-    found: dict[str, list[Sensitivity]] = {}
+    sensitivities: dict[str, list[Sensitivity]] = {}
     for moves in (moves for paper in results.papers for moves in paper.sensitivity):
         if moves.claim not in claims:
             raise AuditError(f"a sensitivity names {moves.claim!r}, which is no claim; correct the paper's experiment")
-        found.setdefault(moves.claim, []).append(moves)
-    made = []
-    for claim in (claim for claim in results.claims if claim.id in found):
+        sensitivities.setdefault(moves.claim, []).append(moves)
+    records = []
+    for claim in (claim for claim in results.claims if claim.id in sensitivities):
         intervals = stored_intervals(claim.claim, claim.judgement)
         if len(intervals) != 1:
             raise AuditError(f"a sensitivity names {claim.id!r}, which does not print one number that is a value")
         least, most = intervals[0].ends
-        tried = [_room(moves, least, most) for moves in found[claim.id]]
+        tried = [_room(moves, least, most) for moves in sensitivities[claim.id]]
         tried.sort(key=lambda room: math.inf if room[1] is None else room[1])
-        agrees = least <= Fraction(found[claim.id][0].base) <= most
-        made.append(ClaimRoom(claim=claim, agrees=agrees, rooms=tuple(tried)))
-    return tuple(made)
+        agrees = least <= Fraction(sensitivities[claim.id][0].base) <= most
+        records.append(ClaimRoom(claim=claim, agrees=agrees, rooms=tuple(tried)))
+    return tuple(records)
 
 
 def _room(moves: Sensitivity, least: Fraction, most: Fraction) -> Room:
@@ -160,7 +160,7 @@ def _share(base: Fraction, end: float | None, least: Fraction, most: Fraction) -
     """How much of the way from `base` to `end` lies within the print; none is known if there is no result there."""
     if end is None:
         return 0.0
-    there = Fraction(end)
-    if least <= there <= most:
+    edge = Fraction(end)
+    if least <= edge <= most:
         return 1.0
-    return float(((most if there > base else least) - base) / (there - base))
+    return float(((most if edge > base else least) - base) / (edge - base))

@@ -175,8 +175,8 @@ def _scaled(model: FilterModel, scale: Array) -> FilterModel:
 def _balance(model: FilterModel) -> Array:
     """Factors of the states that balance the loop from w over the states to y and back."""
     drive = np.abs(model.b).max(axis=1, initial=0.0)[:, None]
-    seen = np.abs(model.cy).max(axis=0, initial=0.0)[None, :]
-    loop = np.block([[np.abs(model.a), drive], [seen, np.zeros((1, 1))]])
+    sight = np.abs(model.cy).max(axis=0, initial=0.0)[None, :]
+    loop = np.block([[np.abs(model.a), drive], [sight, np.zeros((1, 1))]])
     np.fill_diagonal(loop, 0.0)  # no change of units moves it
     scale = scipy.linalg.matrix_balance(loop, permute=False, separate=True)[1][0]
     return np.asarray(scale[-1] / scale[:-1])
@@ -241,9 +241,9 @@ def central(model: FilterModel, level: float = np.inf) -> tuple[Array, Array]:
     if np.any(sizes == 0.0) or np.linalg.matrix_rank(model.dy / sizes[:, None]) < len(sizes):
         raise np.linalg.LinAlgError("a measurement has no noise of its own")
     # In units in which errors and noise are about one; the gains go back to those of the model.
-    own = replace(model, cy=model.cy / sizes[:, None], dy=model.dy / sizes[:, None])
-    scale = normal_states(whitened(own))[1]
-    scaled = _scaled(own, scale)
+    unit_model = replace(model, cy=model.cy / sizes[:, None], dy=model.dy / sizes[:, None])
+    scale = normal_states(whitened(unit_model))[1]
+    scaled = _scaled(unit_model, scale)
     unit = float(np.linalg.norm(scaled.cz)) or 1.0
     P = _riccati(replace(scaled, cz=scaled.cz / unit), level / unit)
     if np.isfinite(level):
@@ -252,6 +252,6 @@ def central(model: FilterModel, level: float = np.inf) -> tuple[Array, Array]:
             raise InfeasibleError(f"no filter of the model keeps the level {level:.6g}")
     else:
         P = _refined(scaled, P)
-    R = own.dy @ own.dy.T
-    gains = np.linalg.solve(R, (P @ scaled.cy.T + scaled.b @ own.dy.T).T).T
+    R = unit_model.dy @ unit_model.dy.T
+    gains = np.linalg.solve(R, (P @ scaled.cy.T + scaled.b @ unit_model.dy.T).T).T
     return gains / scale[:, None] / sizes, P / np.outer(scale, scale)

@@ -76,8 +76,8 @@ def _filter_level(model: FilterModel, start: float) -> FilterLevel:
         count = 1 + int(np.ceil(np.log(max(size, start, least) / least) / np.log(SWEEP)))
         failing = [level for level in least * SWEEP ** np.arange(1.0, count) if _angle(model, level) <= 0.0]
         if not failing:
-            found = smoother if least > NOTHING * size else 0.0
-            return FilterLevel(found, found)
+            value = smoother if least > NOTHING * size else 0.0
+            return FilterLevel(value, value)
         refused = float(failing[-1])
     low, high = _bracket(model, refused, max(start, refused * (1.0 + NOISE)), smoother + size)
     # Where there is no stabilising solution the sign is all that is known.
@@ -118,8 +118,8 @@ def regular(model: FilterModel) -> FilterModel:
         cy, dy = rows @ model.cy, (rows @ model.dy)[:rank]
         shown = cy[rank:]
         values, right = np.linalg.svd(shown)[1:]
-        seen = int(np.sum(values > RANK * max(1.0, float(np.linalg.norm(shown)))))
-        known, hidden = right[:seen].T, right[seen:].T
+        count = int(np.sum(values > RANK * max(1.0, float(np.linalg.norm(shown)))))
+        known, hidden = right[:count].T, right[count:].T
         a = model.a @ hidden
         model = FilterModel(
             hidden.T @ a,

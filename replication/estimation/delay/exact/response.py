@@ -242,12 +242,12 @@ def gain_bracket(response: Response, relative: float = 1e-6) -> GainBracket:
         if middle[top_cell] > best.lower:
             where = tuple(cells.delays[top_cell].tolist())
             best = GainBracket(float(middle[top_cell]), np.inf, float(cells.omega[top_cell]), where)
-        done = above <= max(best.lower * (1.0 + relative), upper)
-        upper = max(upper, float(above[done].max(initial=0.0)))
-        if used + 2 * int(np.sum(~done)) > MOST or best.lower > LOST * nominal:
-            upper = max(upper, float(above[~done].max(initial=0.0)))
+        mask = above <= max(best.lower * (1.0 + relative), upper)
+        upper = max(upper, float(above[mask].max(initial=0.0)))
+        if used + 2 * int(np.sum(~mask)) > MOST or best.lower > LOST * nominal:
+            upper = max(upper, float(above[~mask].max(initial=0.0)))
             break
-        cells = _halved(Cells(*(part[~done] for part in cells)), widest[~done])
+        cells = _halved(Cells(*(part[~mask] for part in cells)), widest[~mask])
     return GainBracket(best.lower, max(upper, best.lower), best.frequency, best.delays)
 
 
@@ -276,11 +276,11 @@ def right_roots(response: Response) -> tuple[float, int]:
                 f"a root of the error lies on the imaginary axis, or next to it: {cells.omega[0]:.6g} rad/s"
             )
         around = response.around(cells)
-        inverse, done = around.inverse, around.room
+        inverse, room = around.inverse, around.room
         for side in (-1.0, 1.0):
-            ends = response.matrix(1j * (cells.omega + side * cells.half)[done])
-            phase -= side * float(np.sum(np.angle(np.linalg.eigvals(inverse[done] @ ends))))
-        cells = _halved(Cells(*(part[~done] for part in cells)), np.zeros(int(np.sum(~done)), dtype=int))
+            ends = response.matrix(1j * (cells.omega + side * cells.half)[room])
+            phase -= side * float(np.sum(np.angle(np.linalg.eigvals(inverse[room] @ ends))))
+        cells = _halved(Cells(*(part[~room] for part in cells)), np.zeros(int(np.sum(~room)), dtype=int))
     roots = phase / np.pi
     if abs(roots - round(roots)) > 1e-3:
         raise SolverError(f"the roots of the error were not counted: {roots:.6g} is no whole number; rescale the plant")

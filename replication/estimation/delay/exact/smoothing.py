@@ -57,10 +57,10 @@ def highest(values: Callable[[Array], Array], omega: Array) -> tuple[float, floa
     left, right = omega[inner - 1], omega[inner + 1]
     for _ in range(ROUNDS if inner.size else 0):
         first, second = left + (right - left) / 3.0, right - (right - left) / 3.0
-        found = values(np.concatenate([first, second]))
-        if found.max() > best:
-            best, where = float(found.max()), float(np.concatenate([first, second])[int(found.argmax())])
-        low, high = np.split(found, 2)
+        trials = values(np.concatenate([first, second]))
+        if trials.max() > best:
+            best, where = float(trials.max()), float(np.concatenate([first, second])[int(trials.argmax())])
+        low, high = np.split(trials, 2)
         left, right = np.where(low < high, first, left), np.where(low < high, right, second)
     return best, where
 
@@ -108,7 +108,7 @@ DEPENDENT = 1e-10
 def worth(plant: PlantTerms, level: float | Bracket) -> tuple[Evidence, ...]:
     """The facts to set beside `level`, with advice where it is hardly below that without sensors."""
     how, gain = "gain from w to the error of z, true exponentials", error_response(plant)
-    without = alone(lambda: Bracket((found := gain_bracket(gain, WIDTH)).lower, found.upper, "attained"))
+    without = alone(lambda: Bracket((bracket := gain_bracket(gain, WIDTH)).lower, bracket.upper, "attained"))
     return *beside(level, how, without, smoother_bound(plant).level), _kalman(plant)
 
 
@@ -123,7 +123,7 @@ def alone(measure: Callable[[], Measure]) -> Measure | Literal["open"] | None:
 
 
 def beside(
-    own: float | Bracket,
+    measure: float | Bracket,
     how: str,
     without: float | Bracket | Literal["open"] | None,
     limit: float | None = None,
@@ -131,9 +131,9 @@ def beside(
 ) -> tuple[Evidence, ...]:
     """`baselines` of a measure, with one of the estimate zero as `alone` gives it."""
     if without != "open":
-        return baselines(own, how, what=what, without=without, limit=limit)
+        return baselines(measure, how, what=what, without=without, limit=limit)
     unknown = Evidence(f"{what} without sensors", "open", "a root of the plant on the imaginary axis, or next to it")
-    return unknown, *baselines(own, how, what=what, without=None, limit=limit)[1:]
+    return unknown, *baselines(measure, how, what=what, without=None, limit=limit)[1:]
 
 
 def _kalman(plant: PlantTerms) -> Evidence:

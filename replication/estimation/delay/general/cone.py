@@ -156,11 +156,11 @@ class Rates:
                 f"a combination of measurements with y[{which}] is free of noise: [D_21, delayed part of y] has rank "
                 f"below {rows}; add noise to row {which} of d21, or drop that measurement"
             )
-        seen = left @ right[:rows]  # orthonormal rows
+        basis = left @ right[:rows]  # orthonormal rows
         unit = np.asarray(scipy.linalg.sqrtm(noise @ noise.T).real)
         change = np.eye(self.y.shape[1])
-        change[order:, :order] = -seen.T @ np.linalg.solve(unit, self.y[:, :order])
-        change[order:, order : order + rows] = seen.T
+        change[order:, :order] = -basis.T @ np.linalg.solve(unit, self.y[:, :order])
+        change[order:, order : order + rows] = basis.T
         change[order:, order + rows :] = right[rows:].T
         return change, unit
 
@@ -294,8 +294,8 @@ def multiplier(rates: Rates, storage: Storage) -> tuple[Array, Array]:
     whole = dissipation(rates, change, outputs=p).at(storage.plus, storage.scalars)
     free = np.r_[0:k, len(whole) - p : len(whole)]
     eps, rest = np.arange(k, k + q), np.arange(k + q, len(whole) - p)
-    wanted = whole[np.ix_(free, rest)] @ np.linalg.solve(whole[np.ix_(rest, rest)], whole[np.ix_(rest, eps)])
-    injected = np.linalg.solve(unit, (wanted - whole[np.ix_(free, eps)]).T).T
+    target = whole[np.ix_(free, rest)] @ np.linalg.solve(whole[np.ix_(rest, rest)], whole[np.ix_(rest, eps)])
+    injected = np.linalg.solve(unit, (target - whole[np.ix_(free, eps)]).T).T
     return injected[:k], injected[k:]
 
 
@@ -333,5 +333,5 @@ def _polynomial(values: Array, points: Array, weights: Array) -> Array:
     tests = legendre.evaluate(len(points) // 2, points)
     coefficients = np.einsum("x,xc,xiq->ciq", weights, tests, values)
     sizes = np.abs(coefficients).max(axis=(1, 2))
-    kept = np.flatnonzero(sizes > NEGLIGIBLE * sizes.max(initial=0.0))
-    return np.asarray(coefficients[: kept[-1] + 1 if kept.size else 1])
+    places = np.flatnonzero(sizes > NEGLIGIBLE * sizes.max(initial=0.0))
+    return np.asarray(coefficients[: places[-1] + 1 if places.size else 1])

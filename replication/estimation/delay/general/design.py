@@ -131,9 +131,9 @@ def left_alone(plant: DelayPlant) -> tuple[Evidence, ...]:
     if count:
         facts += [Evidence(what, "infinite", "the plant is not stable") for what in (gain, rms)]
     else:
-        found = gain_bracket(still, WIDTH)
-        facts.append(Evidence(gain, found.upper, "upper bound over all frequencies"))
-        facts.append(Evidence(f"{gain}, lower end", found.lower, f"attained at {found.frequency:.4g} rad/s"))
+        bracket = gain_bracket(still, WIDTH)
+        facts.append(Evidence(gain, bracket.upper, "upper bound over all frequencies"))
+        facts.append(Evidence(f"{gain}, lower end", bracket.lower, f"attained at {bracket.frequency:.4g} rad/s"))
         mean = "infinite" if np.any(plant.d11) else _rms(error_covariance(terms)[0])
         facts.append(Evidence(rms, mean, WHITE))
     return *facts, *known_levels(plant)
@@ -209,7 +209,7 @@ TOLERANCE, NOTICED = 1e-8, 1e-3
 def mean_design(plant: DelayPlant, *, goal: Goal, level: float | None, degree: int | None, **shown: Any) -> DelayResult:
     """The Kalman filter, or the central gains at `level` or, without one, where both measures lose the same share."""
     designs = Designs(plant, degree)
-    asked: tuple[Evidence, ...] = (Evidence("goal", str(goal), "white noise of unit intensity"),)
+    facts: tuple[Evidence, ...] = (Evidence("goal", str(goal), "white noise of unit intensity"),)
     aim, without = np.inf, _alone(plant_terms(plant))
     if goal is Goal.MIXED:
         aim = (
@@ -217,12 +217,12 @@ def mean_design(plant: DelayPlant, *, goal: Goal, level: float | None, degree: i
             if level is None
             else designs.above_least(level)
         )
-        asked += (Evidence("level of the design", aim if np.isfinite(aim) else "infinite", "least entropy"),)
+        facts += (Evidence("level of the design", aim if np.isfinite(aim) else "infinite", "least entropy"),)
     observer, gain = designs.exact(aim)
     covariance, reach = error_covariance(plant_terms(plant), observer.terms)
     bracket, held = Bracket(gain.lower, gain.upper, EXACT_ENDS), frozen({"z": covariance})["z"]
     evidence = (
-        *asked,
+        *facts,
         *_mean_facts(plant, covariance, reach, without),
         Evidence("gains computed with", f"{designs.degree} moments of each delay", "filter Riccati equation"),
         Evidence("lower end attained at", gain.frequency, "exact closed loop", "rad/s"),
@@ -245,27 +245,27 @@ def _mean(observer: DelayObserver) -> tuple[Evidence, ...]:
         covariance, _ = error_covariance(plant_terms(plant), observer.terms)
     except (InfeasibleError, SolverError, np.linalg.LinAlgError) as error:
         return (Evidence(OF, "open", str(error)),)
-    own = _rms(covariance)
-    return Evidence(OF, own, WHITE), *beside(own, WHITE, _alone(plant_terms(plant)), what=RMS)
+    rms = _rms(covariance)
+    return Evidence(OF, rms, WHITE), *beside(rms, WHITE, _alone(plant_terms(plant)), what=RMS)
 
 
 def _mean_facts(
     plant: DelayPlant, covariance: Array, reach: float, without: float | Literal["open"] | None
 ) -> tuple[Evidence, ...]:
     """The mean error of z, each and together, beside those without sensors, of any observer and of a smoother."""
-    own, each = _rms(covariance), np.sqrt(np.diag(covariance)).tolist()
-    least, models = _least_rms(plant, own)
-    facts = [Evidence(OF, own, WHITE)]
+    rms, each = _rms(covariance), np.sqrt(np.diag(covariance)).tolist()
+    least, models = _least_rms(plant, rms)
+    facts = [Evidence(OF, rms, WHITE)]
     facts += [Evidence(f"rms error of z[{i}]", value, WHITE) for i, value in enumerate(each) if len(each) > 1]
     facts.append(Evidence("least rms error of any observer", least, models))
-    if isinstance(least, float) and own > least * (1 + NOTICED) and returns(plant):
+    if isinstance(least, float) and rms > least * (1 + NOTICED) and returns(plant):
         why = "a disturbance that y has shown acts again later, and the optimal gains jump there"
-        facts.append(Evidence("above the least", f"{100 * (own / least - 1):.2g} %", why))
-    return *facts, *beside(own, WHITE, without, _rms(smoother_covariance(plant_terms(plant), reach)), RMS)
+        facts.append(Evidence("above the least", f"{100 * (rms / least - 1):.2g} %", why))
+    return *facts, *beside(rms, WHITE, without, _rms(smoother_covariance(plant_terms(plant), reach)), RMS)
 
 
-def _least_rms(plant: DelayPlant, own: float) -> tuple[float | str, str]:
-    """The least rms error, or "open" where models do not agree, or give more than `own`; and how it is known."""
+def _least_rms(plant: DelayPlant, rms: float) -> tuple[float | str, str]:
+    """The least rms error, or "open" where models do not agree, or give more than `rms`; and how it is known."""
     scaling = synthesis.scaling_of(plant)
 
     def of_model(model: FilterModel, _: float) -> float:
@@ -279,7 +279,7 @@ def _least_rms(plant: DelayPlant, own: float) -> tuple[float | str, str]:
         return "open", f"a model has no Kalman filter, to rounding: {error}"
     order, least = rungs[-1]
     models = f"Riccati equation on models of rising order, up to {order} moments; last change {moving:.1e}"
-    return _settled(least, moving, own, models, "what is attained")
+    return _settled(least, moving, rms, models, "what is attained")
 
 
 def _rms(covariance: Array) -> float:

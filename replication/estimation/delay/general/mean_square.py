@@ -125,10 +125,10 @@ def _quadrature(function: Function, edges: Array, size: float = 0.0) -> Complex:
         coarse, fine = (_on_panels(function, left, right, points) for points in (COARSE, FINE))
         if allowed < 0.0:
             allowed = DIGITS * max(float(np.abs(fine.sum(axis=0)).max()), size) / left.size
-        done = np.abs(fine - coarse).max(axis=(1, 2)) <= np.maximum(allowed, 1e-13 * np.abs(fine).max(axis=(1, 2)))
-        done |= ~np.isfinite(fine).all(axis=(1, 2))
-        total = total + fine[done].sum(axis=0)
-        left, right = left[~done], right[~done]
+        mask = np.abs(fine - coarse).max(axis=(1, 2)) <= np.maximum(allowed, 1e-13 * np.abs(fine).max(axis=(1, 2)))
+        mask |= ~np.isfinite(fine).all(axis=(1, 2))
+        total = total + fine[mask].sum(axis=0)
+        left, right = left[~mask], right[~mask]
         middle = (left + right) / 2.0
         left, right = np.concatenate([left, middle]), np.concatenate([middle, right])
     return total
@@ -275,4 +275,4 @@ def returns(plant: DelayPlant) -> bool:
     """Whether a disturbance reaches y and, with a longer delay, x or y once more."""
     shown = [plant.d21, *plant.d21_delayed]
     later = [np.vstack(pair) for pair in zip(plant.b_delayed, plant.d21_delayed, strict=True)]
-    return any(np.any(seen @ again.T) for i, seen in enumerate(shown) for again in later[i:])
+    return any(np.any(channel @ again.T) for i, channel in enumerate(shown) for again in later[i:])

@@ -221,8 +221,8 @@ def worst_gain(
     """
     plant = plant_terms(observer.plant)
     positive_scalar("relative", relative)
-    asked = observer.plant.ranges if ranges is None else ranges
-    ends = as_array("ranges", asked, (len(plant.terms.delays), 2), axes="(delays, 2)")
+    intervals = observer.plant.ranges if ranges is None else ranges
+    ends = as_array("ranges", intervals, (len(plant.terms.delays), 2), axes="(delays, 2)")
     if np.any(ends[:, 0] <= 0.0) or np.any(ends[:, 0] > ends[:, 1]):
         raise InvalidInputError(f"ranges must be pairs (shortest, longest) of positive delays, got {ends.tolist()}")
     roots = right_roots(error_response(plant))[1]

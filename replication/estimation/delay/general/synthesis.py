@@ -50,8 +50,8 @@ def scaling_of(plant: DelayPlant) -> Scaling:
     a = tuple(now + np.abs(spread).sum(axis=0) for now, spread in zip(plant.a, plant.a_spread, strict=True))
     b = np.hstack([plant.b, *plant.b_delayed])
     c1 = tuple(now + np.abs(spread).sum(axis=0) for now, spread in zip(plant.c1, plant.c1_spread, strict=True))
-    seen = np.eye(1, plant.states)  # no unit hangs on what is measured
-    units = natural_units(DelayPlant(plant.a0, plant.delays, b, plant.c10, seen, a, c1))
+    c2 = np.eye(1, plant.states)  # no unit hangs on what is measured
+    units = natural_units(DelayPlant(plant.a0, plant.delays, b, plant.c10, c2, a, c1))
     noise = np.linalg.norm(np.hstack([plant.d21, *plant.d21_delayed]), axis=1)
     sensors = np.array([1.0 / _power(size) if size > 0.0 else 1.0 for size in noise])
     natural = replace(units, sensors=sensors, time=min(units.time, _power(plant.delays[-1])))

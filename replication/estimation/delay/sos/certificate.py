@@ -221,10 +221,10 @@ def certificate_of(assembly: Assembly, epsilon: float, gamma: float, solution: S
     """Read V and the coefficients of 2⟨e, 𝒵C_2e⟩ off a solution."""
     system, count, drive = assembly.system, assembly.count, assembly.drive
     matrices = np.concatenate([block.ravel() for block in solution.blocks])
-    own = assembly.storage.shape[1]
-    storage = assembly.storage @ matrices[:own] + epsilon * lie.energy(lie.state_space(system, count))
+    size = assembly.storage.shape[1]
+    storage = assembly.storage @ matrices[:size] + epsilon * lie.energy(lie.state_space(system, count))
     cross, level = lie.supply(system, count, drive)
-    total = assembly.derivative @ storage + cross + gamma * level + assembly.dissipation @ matrices[own:]
+    total = assembly.derivative @ storage + cross + gamma * level + assembly.dissipation @ matrices[size:]
     total = total + epsilon * lie.energy(lie.derivative_space(system, count), lie.point_offsets(system)[1])
     return Certificate(
         system=system,

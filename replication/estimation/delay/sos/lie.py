@@ -101,10 +101,10 @@ def lie_derivative(system: DelayPlant, count: int, drive: Drive | None = None) -
     """Map from the coefficients of V, whose S couples no two delays, to those of dV/dt: sparse (derivative, state)."""
     source, target = state_space(system, count), derivative_space(system, count)
     where, rate = _rates(system, source, target, drive or direct(system))
-    moving, kept = scipy.sparse.coo_array(rate), np.arange(source.functionals)[:, None]
+    moving, partners = scipy.sparse.coo_array(rate), np.arange(source.functionals)[:, None]
     # The part of u_p u_q that moves with u_q, for all p; a square moves twice.
-    rows, columns = target.pair(where[kept], moving.col), source.pair(kept, moving.row)
-    values = np.where(kept == moving.row, 2.0, 1.0) * moving.data
+    rows, columns = target.pair(where[partners], moving.col), source.pair(partners, moving.row)
+    values = np.where(partners == moving.row, 2.0, 1.0) * moving.data
     more = _multiplier_terms(system, source, target)
     row, column, value = (np.concatenate([a.ravel(), b]) for a, b in zip((rows, columns, values), more, strict=True))
     return scipy.sparse.coo_array((value, (row, column)), shape=(target.size, source.size)).tocsr()

@@ -80,9 +80,9 @@ def assemble(
         )
     drive = by_rates(inner) if rates else None
     derivative = lie.lie_derivative(inner, count, drive)
-    kept = ~lie.absorbed(inner, count)
+    mask = ~lie.absorbed(inner, count)
     return Assembly(
-        inner, change, degree, rule, count, storage, derivative, dissipation, v_labels, h_labels, kept, drive
+        inner, change, degree, rule, count, storage, derivative, dissipation, v_labels, h_labels, mask, drive
     )
 
 
@@ -107,13 +107,13 @@ def program(assembly: Assembly, epsilon: float, gamma: float | None = None) -> P
     constant = cross + epsilon * strict
     _, first, second = v_space.multiplier_functions()
     coupled = v_space.pair_count + np.flatnonzero(first // system.states != second // system.states)
-    kept = assembly.kept
-    forms = assembly.derivative[kept] @ assembly.storage, assembly.dissipation[kept]
-    blocks = [[None, assembly.storage[coupled], None], [scipy.sparse.csr_array(level[kept][:, None]), *forms]]
+    mask = assembly.kept
+    forms = assembly.derivative[mask] @ assembly.storage, assembly.dissipation[mask]
+    blocks = [[None, assembly.storage[coupled], None], [scipy.sparse.csr_array(level[mask][:, None]), *forms]]
     if gamma is not None:
         constant, blocks = constant + gamma * level, [row[1:] for row in blocks]
     matrix = scipy.sparse.block_array(blocks, format="csr")
-    right = np.concatenate([np.zeros(coupled.size), -constant[kept]])
+    right = np.concatenate([np.zeros(coupled.size), -constant[mask]])
     used = np.diff(matrix.indptr) > 0
     if np.any(right[~used] != 0.0):
         raise InvalidInputError("the degree is too low: a term of the supply rate is beyond the reach of the cone")

@@ -159,8 +159,10 @@ def in_natural_units(problem: SlowProblem) -> tuple[SlowProblem, Array, Array]:
     drive = np.hstack([plant.B_u * r, root(problem.process_noise)])
     whitened = np.linalg.solve(np.linalg.cholesky(problem.sensor_noise), plant.C)
     sight = np.vstack([root(problem.state_weight).T, whitened])
-    square = np.zeros((n + max(len(sight), drive.shape[1]),) * 2)
-    square[:n, :n], square[:n, n : n + drive.shape[1]], square[n : n + len(sight), :n] = plant.A, drive, sight
+    # What drives and what looks have units of their own, so that each state is measured against both.
+    m = drive.shape[1]
+    square = np.zeros((n + m + len(sight),) * 2)
+    square[:n, :n], square[:n, n : n + m], square[n + m :, :n] = plant.A, drive, sight
     t = scipy.linalg.matrix_balance(square, permute=False, separate=True)[1][0][:n]
     scaled = replace(
         problem,

@@ -74,7 +74,7 @@ class Automaton:
     @cached_property
     def nodes(self) -> list[list[int]]:
         """The nodes of each phase."""
-        return [[i for i, own in enumerate(self.phases) if own == phase] for phase in range(self.period)]
+        return [[i for i, node_phase in enumerate(self.phases) if node_phase == phase] for phase in range(self.period)]
 
     @cached_property
     def by_phase(self) -> list[list[int]]:
@@ -108,36 +108,36 @@ class Automaton:
 
     def followed(self, flux: Array) -> list[Word]:
         """The periodic patterns, as edges of the origin, that take the edge of largest flux at each node."""
-        found = {}
+        words = {}
         best = [max(leaving, key=lambda i: flux[i]) for leaving in self.out]
         for start in range(len(self.phases)):
-            path, seen, node = list[int](), dict[int, int](), start
-            while node not in seen:
-                seen[node] = len(path)
+            path, places, node = list[int](), dict[int, int](), start
+            while node not in places:
+                places[node] = len(path)
                 path.append(best[node])
                 node = self.edges[best[node]].target
-            cycle = path[seen[node] :]
+            cycle = path[places[node] :]
             turn = next(k for k, i in enumerate(cycle) if self.edges[i].phase == 0)
             word = _once(tuple(self.edges[i].origin for i in (*cycle[turn:], *cycle[:turn])), self.period)
-            found[min(word[k:] + word[:k] for k in range(0, len(word), self.period))] = word
-        return list(found.values())
+            words[min(word[k:] + word[:k] for k in range(0, len(word), self.period))] = word
+        return list(words.values())
 
     def cycles(self) -> list[Word]:
         """Periodic patterns, the shortest first; each once, wherever it begins."""
-        period, found = self.period, dict[Word, Word]()
+        period, words = self.period, dict[Word, Word]()
         queue: deque[tuple[int, int, Word]] = deque((start, start, ()) for start in self.nodes[0])
         for _ in range(WALKS):
-            if not queue or len(found) >= CYCLES:
+            if not queue or len(words) >= CYCLES:
                 break
             start, node, word = queue.popleft()
             if node == start and word and self.phases[node] == 0:
                 once = _once(word, period)
                 turns = [once[k:] + once[:k] for k in range(0, len(once), period)]
-                found.setdefault(min(turns), once)
+                words.setdefault(min(turns), once)
             if len(word) == LONGEST * period:
                 continue
             queue.extend((start, self.edges[i].target, (*word, i)) for i in self.out[node])
-        return list(found.values())
+        return list(words.values())
 
 
 def _once(word: Word, period: int) -> Word:

@@ -91,8 +91,8 @@ class InARow(LossModel):
     together: bool = False
 
     def __init__(self, misses: int | Sequence[int], *, together: bool = False) -> None:
-        given = tuple(misses) if isinstance(misses, (Sequence, np.ndarray)) else (misses,)
-        counts = tuple(0 if type(m) is int and m == 0 else at_most("misses", m, MOST_MISSES) for m in given)
+        entries = tuple(misses) if isinstance(misses, (Sequence, np.ndarray)) else (misses,)
+        counts = tuple(0 if type(m) is int and m == 0 else at_most("misses", m, MOST_MISSES) for m in entries)
         object.__setattr__(self, "misses", counts)
         object.__setattr__(self, "together", together)
 
@@ -192,8 +192,8 @@ def _listed(values: tuple[Any, ...]) -> str:
     return ", ".join(str(value) for value in values)
 
 
-def _probabilities(name: str, given: Any) -> tuple[float, ...]:
-    entries = tuple(given) if isinstance(given, (Sequence, np.ndarray)) and not isinstance(given, str) else (given,)
+def _probabilities(name: str, items: Any) -> tuple[float, ...]:
+    entries = tuple(items) if isinstance(items, (Sequence, np.ndarray)) and not isinstance(items, str) else (items,)
     for value in entries:
         plain = isinstance(value, (int, float, np.floating)) and not isinstance(value, bool)
         if not plain or not 0 <= value <= 1:

@@ -65,8 +65,8 @@ class Walks:
         """[A B] without a correction, and [C D] of the samples that come."""
         plant, phase = self.problem.plant, self.automaton.edges[edge].phase
         rows = list(self.automaton.edges[edge].arrived)
-        seen = np.hstack([plant.C[rows] @ self.T[phase], np.zeros((sum(rows), plant.B_d.shape[1])), plant.D[rows]])
-        return self._scaled(edge, plant.A, np.hstack([plant.B_d, plant.B_w])), seen
+        F = np.hstack([plant.C[rows] @ self.T[phase], np.zeros((sum(rows), plant.B_d.shape[1])), plant.D[rows]])
+        return self._scaled(edge, plant.A, np.hstack([plant.B_d, plant.B_w])), F
 
     def storage(self, P: Array) -> Array:
         """Storage functions (nodes, n, n) of these units in those of the plant."""
@@ -98,7 +98,7 @@ def least_level(walks: Walks, moved: Sequence[Array], kernels: Sequence[Array] |
         width = M.shape[1] if kernels is None else kernels[i].shape[1]
         parts.setdefault((M.shape[1], width), []).append(i)
     groups, order = [], []
-    own = [range(1 + i * terms, 1 + (i + 1) * terms) for i in range(len(walks.automaton.phases))]
+    unknowns = [range(1 + i * terms, 1 + (i + 1) * terms) for i in range(len(walks.automaton.phases))]
     for (whole, _), members in parts.items():
         frame = np.eye(n, whole)
         N = np.stack([np.eye(whole) if kernels is None else kernels[i] for i in members])
@@ -110,7 +110,7 @@ def least_level(walks: Walks, moved: Sequence[Array], kernels: Sequence[Array] |
         stored = np.einsum("kax,lab,kby->klxy", F, basis, F)
         after = np.einsum("kax,lab,kby->klxy", M, basis, M)
         supplied = (N.mT @ bound @ N)[:, None]
-        columns = [[0, *own[edges[i].source], *own[edges[i].target]] for i in members]
+        columns = [[0, *unknowns[edges[i].source], *unknowns[edges[i].target]] for i in members]
         # Of an edge from a node to itself the unknowns stand twice, which counts as their sum.
         entries = np.concatenate([supplied, stored, -after], axis=1)
         groups.append(Inequalities(symmetric(constant), entries, np.array(columns)))
@@ -119,7 +119,7 @@ def least_level(walks: Walks, moved: Sequence[Array], kernels: Sequence[Array] |
         # Where samples tell of everything the inequality is empty, and the storage must exceed W'W all the same.
         W = np.stack([walks.weight(phase) for phase in walks.automaton.phases])
         each = np.broadcast_to(basis, (len(W), *basis.shape))
-        groups.append(Inequalities(-(W.mT @ W) - SLACK * np.eye(n), np.array(each), np.array(own)))
+        groups.append(Inequalities(-(W.mT @ W) - SLACK * np.eye(n), np.array(each), np.array(unknowns)))
     cost = np.zeros(1 + terms * len(walks.automaton.phases))
     cost[0] = 1.0
     solution = solve_clarabel(program_under(cost, *groups), accept=ALMOST)
@@ -171,11 +171,11 @@ def central_gains(walks: Walks, storage: Storage, squared: float) -> Array:
     return gains
 
 
-def kernel(seen: Array, width: int) -> Array:
+def kernel(F: Array, width: int) -> Array:
     """An orthonormal basis (width, r) of the directions that [C D] does not see."""
-    if not len(seen):
+    if not len(F):
         return np.eye(width)
-    return np.asarray(np.linalg.qr(seen.T, mode="complete")[0][:, len(seen) :])
+    return np.asarray(np.linalg.qr(F.T, mode="complete")[0][:, len(F) :])
 
 
 CLOSE = 1e-4
@@ -312,7 +312,7 @@ def least_gains(problem: MultirateProblem, cases: Automaton, unit: float) -> Arr
     """
     walks = Walks(problem, cases, unit)
     opened = [walks.open_loop(i) for i in range(len(cases.edges))]
-    kernels = [kernel(seen, moved.shape[1]) for moved, seen in opened]
+    kernels = [kernel(F, moved.shape[1]) for moved, F in opened]
     storage = least_level(walks, [moved for moved, _ in opened], kernels)
     proved = []
     for margin in MARGINS:
