@@ -72,7 +72,7 @@ def inner(standalone: str) -> tuple[str, str]:
     if match is None:
         raise AuditError("a figure is not an SVG file as `replication run` writes it; run `python -m replication run`")
     _refuse_foreign(match[2])
-    return match[1], _COLOUR.sub(lambda found: f"var({TOKENS[found[0]]},{found[0]})", match[2].strip())
+    return match[1], _COLOUR.sub(lambda colour: f"var({TOKENS[colour[0]]},{colour[0]})", match[2].strip())
 
 
 def with_classes(content: str) -> tuple[str, dict[str, str]]:

@@ -68,8 +68,8 @@ ESTIMATORS: Mapping[str, str] = {
 
 def unit_of(quantity: str) -> str:
     """The unit of a quantity: that of the table, or the one in brackets behind a paper's own; empty if not known."""
-    own = OWN.fullmatch(quantity)
-    return own[1] if own else QUANTITIES.get(quantity, ("", ""))[0]
+    match = OWN.fullmatch(quantity)
+    return match[1] if match else QUANTITIES.get(quantity, ("", ""))[0]
 
 
 def in_words(predicate: Predicate) -> str:
@@ -87,32 +87,32 @@ def _relation(relation: Relation) -> str:
 
 
 def _term(of: Term) -> str:
-    told = [f"plant {of.plant}"] if of.plant else []
-    told += [of.estimators] if of.estimators else []
-    told += [f"{name} {_shown(value)}" for name, value in of.setting.items()]
-    return f"{_words(of.quantity)} ({'; '.join(told)})" if told else _words(of.quantity)
+    details = [f"plant {of.plant}"] if of.plant else []
+    details += [of.estimators] if of.estimators else []
+    details += [f"{name} {_shown(value)}" for name, value in of.setting.items()]
+    return f"{_words(of.quantity)} ({'; '.join(details)})" if details else _words(of.quantity)
 
 
 def differences(wanted: Term, reading: str, proved: Exported) -> list[str]:
     """How a theorem falls short of speaking of a term under a reading, in words; empty if it does speak of it."""
-    found = []
+    reasons = []
     of = proved.of
     if of.quantity != wanted.quantity:
-        found.append(f"it is about {_words(of.quantity)}, not {_words(wanted.quantity)}")
+        reasons.append(f"it is about {_words(of.quantity)}, not {_words(wanted.quantity)}")
     if of.plant != wanted.plant:
-        found.append(f"another plant: {of.plant or 'all'}, not {wanted.plant or 'all'}")
+        reasons.append(f"another plant: {of.plant or 'all'}, not {wanted.plant or 'all'}")
     for name in sorted(of.setting.keys() | wanted.setting.keys()):
         if name not in of.setting:
-            found.append(f"not for {name} {_shown(wanted.setting[name])}")
+            reasons.append(f"not for {name} {_shown(wanted.setting[name])}")
         elif name not in wanted.setting:
-            found.append(f"for {name} {_shown(of.setting[name])} of all")
+            reasons.append(f"for {name} {_shown(of.setting[name])} of all")
         elif not same(of.setting[name], wanted.setting[name]):
-            found.append(f"for {name} {_shown(of.setting[name])}, not {_shown(wanted.setting[name])}")
+            reasons.append(f"for {name} {_shown(of.setting[name])}, not {_shown(wanted.setting[name])}")
     if of.estimators != wanted.estimators:
-        found.append(f"for {of.estimators or 'no class of estimators'}, not for {wanted.estimators or 'none'}")
+        reasons.append(f"for {of.estimators or 'no class of estimators'}, not for {wanted.estimators or 'none'}")
     if reading not in proved.readings:
-        found.append(f"under the reading {' or '.join(proved.readings)} only, not {reading}")
-    return found
+        reasons.append(f"under the reading {' or '.join(proved.readings)} only, not {reading}")
+    return reasons
 
 
 def _words(quantity: str) -> str:
@@ -147,15 +147,15 @@ class Says:
 
 
 def exported(
-    says: Says, certificate: Mapping[str, Any], given: Mapping[str, Any], whole: Found
+    says: Says, certificate: Mapping[str, Any], known: Mapping[str, Any], whole: Found
 ) -> tuple[Exported, ...]:
     """The terms with what is proved of them; the plant of a certificate of one's own is called so."""
     parameters, plant = certificate["parameters"], certificate["plant"]
     name = str(plant.get("name", "")) if isinstance(plant, Mapping) else ""
     name = name if certificate.get("paper") is not None else f"own plant {name}"
-    found = whole if says.found is None else says.found(given)
+    proof = whole if says.found is None else says.found(known)
     quantity = _chosen(says.quantity, parameters)
-    statement, one = unit_of(quantity) == YES_NO, (found.lower, found.upper)
+    statement, bounds = unit_of(quantity) == YES_NO, (proof.lower, proof.upper)
     usual = {key: value for key, value in parameters.items() if key != "relative"}
     return tuple(
         Exported(
@@ -167,8 +167,8 @@ def exported(
             ),
             unit=unit_of(quantity),
             readings=_chosen(says.readings, parameters),
-            items=() if statement else tuple((_end(low), _end(high)) for low, high in found.items or (one,)),
-            holds=found.holds if statement else None,
+            items=() if statement else tuple((_end(low), _end(high)) for low, high in proof.items or (bounds,)),
+            holds=proof.holds if statement else None,
         )
         for estimators in _chosen(says.estimators, parameters)
     )
@@ -179,8 +179,8 @@ def as_data(
 ) -> tuple[Exported, ...]:
     """All that a theorem exports; the readings of the paper `source` are not those of another one."""
     borrowed = source not in ("", certificate.get("paper"))
-    stated = (replace(one, readings=(NO_READING,)) for one in terms) if borrowed else terms
-    return tuple(one for says in stated for one in exported(says, certificate, known, whole))
+    stated = (replace(entry, readings=(NO_READING,)) for entry in terms) if borrowed else terms
+    return tuple(entry for says in stated for entry in exported(says, certificate, known, whole))
 
 
 def _chosen(value: Chosen[T], parameters: Parameters) -> T:

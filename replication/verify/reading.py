@@ -55,11 +55,11 @@ def parse(content: bytes) -> Any:
 
 
 def _unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+    entries: dict[str, Any] = {}
     for key, value in pairs:
-        require(key not in found, f"the key {_shown(key)} stands twice in one object")
-        found[key] = value
-    return found
+        require(key not in entries, f"the key {_shown(key)} stands twice in one object")
+        entries[key] = value
+    return entries
 
 
 def _small_integer(text: str) -> int:
@@ -79,10 +79,10 @@ STRICT = json.JSONDecoder(
 
 def fields(value: Any, path: str, *names: str) -> tuple[Any, ...]:
     """The values of exactly these fields of an object, in this order; none may be missing, none be left over."""
-    found = known_fields(value, path, *names)
+    values = known_fields(value, path, *names)
     unknown = sorted(value.keys() - {*names})
     require(not unknown, f"{path} has the unknown field {', '.join(map(_plain, unknown[:3]))}")
-    return found
+    return values
 
 
 def known_fields(value: Any, path: str, *names: str) -> tuple[Any, ...]:
@@ -95,8 +95,8 @@ def known_fields(value: Any, path: str, *names: str) -> tuple[Any, ...]:
 
 def record(value: Any, path: str, readers: Mapping[str, Reader]) -> dict[str, Any]:
     """The values of exactly the fields of a table, each read by its reader."""
-    found = zip(readers.items(), fields(value, path, *readers), strict=True)
-    return {name: reader(part, f"{path}.{name}") for (name, reader), part in found}
+    entries = zip(readers.items(), fields(value, path, *readers), strict=True)
+    return {name: reader(part, f"{path}.{name}") for (name, reader), part in entries}
 
 
 def sized(reader: Callable[..., T], *sizes: Any) -> Callable[[Any, str], T]:

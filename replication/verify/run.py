@@ -71,8 +71,8 @@ def check(certificate: Any, root: Path = ROOT, place: tuple[str, str] | None = N
     subjects.require_form(values, place)
     stated = {side: rational(number, f"bound.{side}") for side, number in values["bound"].items()}
     if values["paper"] is not None:
-        for field, wanted in subjects.subject(values["paper"], values["name"], root).items():
-            require(same(values[field], wanted), f"{field} is not that of the wanted theorem {values['name']}")
+        for field, expected in subjects.subject(values["paper"], values["name"], root).items():
+            require(same(values[field], expected), f"{field} is not that of the wanted theorem {values['name']}")
     name = text(values["statement"], "statement")
     statement = STATEMENTS[name] if name in STATEMENTS else own_statement(name, values["paper"], root)
     return statement(certificate, stated)
@@ -82,14 +82,14 @@ def own_statement(name: str, paper: str | None, root: Path) -> Statement:
     """A statement of a paper's statements.py, which begins with its key, and stands with its certificates alone."""
     module = None if paper is None else subjects.loaded(folder_of(root) / paper / "statements.py")
     declared = [value for value in vars(module).values() if isinstance(value, Statement)] if module else []
-    for one in declared:
+    for item in declared:
         require(
-            one.name.startswith(f"{paper}."),
-            f"{paper}/statements.py declares {one.name}, which must begin with {paper}.",
+            item.name.startswith(f"{paper}."),
+            f"{paper}/statements.py declares {item.name}, which must begin with {paper}.",
         )
-    found = [one for one in declared if one.name == name]
-    require(found != [], f"there is no statement {name!r:.60}")
-    return found[0]
+    matches = [item for item in declared if item.name == name]
+    require(matches != [], f"there is no statement {name!r:.60}")
+    return matches[0]
 
 
 def committed(root: Path = ROOT) -> list[Path]:
@@ -103,8 +103,8 @@ def committed(root: Path = ROOT) -> list[Path]:
 
 def listed(paths: Sequence[Path], root: Path = ROOT) -> list[Path]:
     """The certificates of files and folders; all that is committed if none is named."""
-    found = [file for path in paths for file in (sorted(path.rglob("*.json")) if path.is_dir() else [path])]
-    return found if paths else committed(root)
+    files = [file for path in paths for file in (sorted(path.rglob("*.json")) if path.is_dir() else [path])]
+    return files if paths else committed(root)
 
 
 def report(paths: Sequence[Path], root: Path = ROOT, jobs: int | None = 1) -> int:

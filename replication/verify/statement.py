@@ -71,16 +71,16 @@ class Statement:
     def __call__(self, certificate: Mapping[str, Any], bounds: Mapping[str, fmpq] | None = None) -> Theorem:
         """Read what is declared, prove it, and say so; refused unless what is proved has these bounds, if any."""
         with ctx.workprec(self.bits), budget():
-            given = self.read(certificate)
-            found = self.prove(**given) or Found()
-            sides = {side: given.get(side, getattr(found, side)) for side in ("lower", "upper")}
+            values = self.read(certificate)
+            proof = self.prove(**values) or Found()
+            sides = {side: values.get(side, getattr(proof, side)) for side in ("lower", "upper")}
             for side, number in (bounds or {}).items():
                 require(sides[side] == number, f"the {side} bound that is proved is {sides[side]}, not {number}")
-            whole = replace(found, holds=self.holds if found.holds is None else found.holds, **sides)
+            whole = replace(proof, holds=self.holds if proof.holds is None else proof.holds, **sides)
             # The name is that of the paper's data: none is taken from a certificate of one's own.
             named = certificate.get("paper") is not None and certificate["plant"].get("name")
             subject = f"the plant {named}" if named else "this plant"
-            known = {"subject": subject, **given, **found.words, **sides}
+            known = {"subject": subject, **values, **proof.words, **sides}
             sentence = _Words().vformat(self.wording(certificate.get("paper")), (), known)
             says = as_data(self.says, self.source, certificate, known, whole)
             return Theorem(sentence=sentence, says=says, holds=whole.holds, items=whole.items, **sides)
@@ -98,20 +98,20 @@ class Statement:
 
     def read(self, certificate: Mapping[str, Any]) -> dict[str, Any]:
         """The values of all declared fields, by name; that of a keyword of Python ends in an underscore."""
-        given = SimpleNamespace()
+        values = SimpleNamespace()
         for name, group in self.groups.items():
-            group = _made(group, given)
+            group = _made(group, values)
             if isinstance(group, Mapping):
                 for key, value in zip(group, fields(certificate[name], name, *group), strict=True):
-                    read = _made(group[key], given)(value, f"{name}.{key}")
-                    setattr(given, f"{key}_" if iskeyword(key) else key, read)
+                    read = _made(group[key], values)(value, f"{name}.{key}")
+                    setattr(values, f"{key}_" if iskeyword(key) else key, read)
             elif group is not None:
-                setattr(given, name, group(certificate[name], name))
-        return vars(given)
+                setattr(values, name, group(certificate[name], name))
+        return vars(values)
 
 
-def _made(reader: Any, given: SimpleNamespace) -> Any:
-    return reader.make(given) if isinstance(reader, Depends) else reader
+def _made(reader: Any, values: SimpleNamespace) -> Any:
+    return reader.make(values) if isinstance(reader, Depends) else reader
 
 
 def statement(
@@ -129,8 +129,8 @@ def statement(
     that out. bits: of all balls. says: the quantities of which the theorem speaks, as data; a name is one with all
     parameters in its setting.
     """
-    told = says if isinstance(says, tuple) else (says,)
-    terms = tuple(Says(quantity=one) if isinstance(one, str) else one for one in told)
+    entries = says if isinstance(says, tuple) else (says,)
+    terms = tuple(Says(quantity=entry) if isinstance(entry, str) else entry for entry in entries)
     ordered = {**groups, **{group: empty for group, empty in GROUPS.items() if group not in groups}}
 
     def declared(prove: Callable[..., Found | None]) -> Statement:
@@ -146,11 +146,11 @@ def collected(*families: ModuleType) -> dict[str, Statement]:
     """The statements that the modules of these families declare, by name; raises ValueError if two have the same."""
     modules = [part for family in families for part in vars(family).values() if isinstance(part, ModuleType)]
     declared = [value for module in modules for value in vars(module).values() if isinstance(value, Statement)]
-    found: dict[str, Statement] = {}
-    for one in declared:
-        if found.setdefault(one.name, one) is not one:
-            raise ValueError(f"two statements are named {one.name}")
-    return found
+    statements: dict[str, Statement] = {}
+    for item in declared:
+        if statements.setdefault(item.name, item) is not item:
+            raise ValueError(f"two statements are named {item.name}")
+    return statements
 
 
 class _Words(Formatter):

@@ -84,9 +84,9 @@ def theorems(paper: str, root: Path = ROOT) -> tuple[dict[str, Wanted], tuple[Un
         if isinstance(entry, dict) and "reason" in entry:
             unproved.append(Unproved(**record(entry, where, UNPROVED)))
         else:
-            one = Wanted(paper=paper, **record(entry, where, WANTED))
-            require(one.name not in wanted, f"{where}: the name {one.name} stands twice")
-            wanted[one.name] = one
+            theorem = Wanted(paper=paper, **record(entry, where, WANTED))
+            require(theorem.name not in wanted, f"{where}: the name {theorem.name} stands twice")
+            wanted[theorem.name] = theorem
     return wanted, tuple(unproved)
 
 
@@ -99,9 +99,9 @@ def subject(paper: str, name: str, root: Path = ROOT) -> dict[str, Any]:
     """What the certificate of a wanted theorem must say of itself: all its fields but `bound` and `witness`."""
     require(paper in papers(root), f"there is no paper {paper!r:.60} that lists theorems")
     listed = parse((folder_of(root) / paper / "theorems.json").read_bytes())
-    found = [entry for entry in listed if entry.get("name") == name]
-    require(len(found) == 1, f"the paper {paper} wants no theorem named {name}, or more than one")
-    entry = dict(zip(WANTED, fields(found[0], name, *WANTED), strict=True))
+    matches = [entry for entry in listed if entry.get("name") == name]
+    require(len(matches) == 1, f"the paper {paper} wants no theorem named {name}, or more than one")
+    entry = dict(zip(WANTED, fields(matches[0], name, *WANTED), strict=True))
     return {"format": FORMAT, "paper": paper, **entry, "plant": plant(paper, entry["plant"], root)}
 
 

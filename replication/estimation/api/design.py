@@ -166,8 +166,8 @@ class Design(GainResult):
             There are no such gains.
         """
         solution = cls.solve(problem, **aims)
-        made = cls.analysed(signals, solution.gains, problem=problem)
-        return replace(made, evidence=(*made.evidence, *solution.evidence))
+        result = cls.analysed(signals, solution.gains, problem=problem)
+        return replace(result, evidence=(*result.evidence, *solution.evidence))
 
     @classmethod
     def analysed(cls, signals: Signals, gains: Mapping[str, Any], *, facts: Facts | None = None, **own: Any) -> Self:
@@ -197,8 +197,8 @@ class Design(GainResult):
         bare = cls(bracket=UNKNOWN, gains=frozen(gains), evidence=(), signals=signals, **own)
         error = bare.error_system()
         exact = bare.norm(error)
-        made = replace(bare, bracket=Bracket(exact.lower, exact.upper, EXACT_GAIN))
-        return replace(made, evidence=(facts or cls.facts)(made, error))
+        result = replace(bare, bracket=Bracket(exact.lower, exact.upper, EXACT_GAIN))
+        return replace(result, evidence=(facts or cls.facts)(result, error))
 
     def observer(self) -> PeriodicObserver:
         """The observer, to run in a loop: its `step` takes y of all sensors, and looks at those that are due."""

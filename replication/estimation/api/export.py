@@ -143,12 +143,12 @@ def c_file(name: str, comment: str, usage: str, body: str, sizes: Mapping[str, i
 
     Raises InvalidInputError if `name` is no C identifier, too long, or a keyword.
     """
-    own = c_name(name)
+    prefix = c_name(name)
     listed = ",\n".join(f"    OBS_{key.upper()} = {size}" for key, size in sizes.items())
     written = (c_array(f"obs_{key}", *_flat(np.asarray(table))) for key, table in tables.items())
     parts = f"enum {{\n{listed}\n}};\n", "".join(written), source("common.c"), body
     top = f"{usage} C99; link with -lm. */\n#include <math.h>\n#include <string.h>\n"
-    text = re.sub("OBS_", f"{own.upper()}_", re.sub(r"\bobs_", f"{own}_", "\n".join([top, *parts])))
+    text = re.sub("OBS_", f"{prefix.upper()}_", re.sub(r"\bobs_", f"{prefix}_", "\n".join([top, *parts])))
     return f"/* {comment_text(comment)}\n\n   {text}"
 
 

@@ -56,17 +56,17 @@ class Signals:
     def named(self, given: Mapping[str, Sequence[str] | None], units: Mapping[str, str] | None) -> Signals:
         """With other names or units. Outputs that are the states follow their names; states that a design added keep
         theirs. Raises InvalidInputError for another number of names, one twice, or the unit of no signal."""
-        own = {name: getattr(self, name) for name in given}
+        labels = {name: getattr(self, name) for name in given}
         own_states = sum(not name.startswith(f"{ADDED}[") for name in self.states)
         changed: dict[str, Any] = {}
         for name, names in given.items():
             if names is not None:
-                counts = {own_states, len(self.states)} if name == "states" else {len(own[name])}
+                counts = {own_states, len(self.states)} if name == "states" else {len(labels[name])}
                 changed[name] = _labels(name, names, counts)
         if "states" in changed:
-            if "outputs" not in changed and own["outputs"] == own["states"][: len(own["outputs"])]:
-                changed["outputs"] = changed["states"][: len(own["outputs"])]
-            changed["states"] = (*changed["states"], *own["states"][len(changed["states"]) :])
+            if "outputs" not in changed and labels["outputs"] == labels["states"][: len(labels["outputs"])]:
+                changed["outputs"] = changed["states"][: len(labels["outputs"])]
+            changed["states"] = (*changed["states"], *labels["states"][len(changed["states"]) :])
         every = replace(self, **changed)
         known = {name for names in (every.states, every.inputs, every.measurements, every.outputs) for name in names}
         if unknown := (units or {}).keys() - known:
@@ -122,8 +122,8 @@ def measured_outputs(
             f"measured must name, once each, some of the {len(labels)} outputs {', '.join(labels)} and leave at least "
             f"one to be estimated, got {measured!r}"
         )
-    seen, unseen = (tuple(labels[i] for i in part) for part in (chosen, others))
-    return chosen, others, Signals(tuple(system.state_labels), (), seen, unseen)
+    measurements, unseen = (tuple(labels[i] for i in part) for part in (chosen, others))
+    return chosen, others, Signals(tuple(system.state_labels), (), measurements, unseen)
 
 
 def index_of(name: int | str, labels: Sequence[str], kind: str) -> int:
@@ -167,11 +167,11 @@ class LinearPlant:
         sizes: dict[str, int] = {}
         for name, letters in self.SHAPES.items():
             rows, columns = letters[0], letters[1]
-            given, word = getattr(self, name), called.get(name, name)
-            if given is None or (name in self.FITTED and not np.any(as_matrix(word, given))):
+            value, word = getattr(self, name), called.get(name, name)
+            if value is None or (name in self.FITTED and not np.any(as_matrix(word, value))):
                 shape = sizes.get(rows, 0), sizes.get(columns, 0)
-                given = np.eye(shape[1]) if name in self.IDENTITY else np.zeros(shape)
-            matrix = as_matrix(word, given, rows=sizes.get(rows), columns=sizes.get(columns))
+                value = np.eye(shape[1]) if name in self.IDENTITY else np.zeros(shape)
+            matrix = as_matrix(word, value, rows=sizes.get(rows), columns=sizes.get(columns))
             sizes.setdefault(rows, matrix.shape[0])
             if matrix.shape[1] != sizes.setdefault(columns, matrix.shape[1]):
                 matrix = as_matrix(word, matrix, columns=sizes[columns])
@@ -228,17 +228,17 @@ def parts_of(
     labels, outputs = list(system.input_labels), list(system.output_labels)
     chosen = list(range(len(labels))) if disturbances is None else _chosen(disturbances, labels)
     known = [i for i in range(len(labels)) if i not in chosen]
-    seen, wanted = (list(range(len(outputs))), []) if measured is None else measured_outputs(system, measured)[:2]
+    rows, targets = (list(range(len(outputs))), []) if measured is None else measured_outputs(system, measured)[:2]
     A, B, C, D = (np.asarray(part, dtype=float) for part in (system.A, system.B, system.C, system.D))
-    if np.any(D[wanted]):
+    if np.any(D[targets]):
         raise InvalidInputError("the estimated outputs must have no feedthrough from w: set these rows of D to zero")
     dt = None if continuous else 1.0 if system.dt is True else float(system.dt)
     inputs = tuple(labels[i] for i in known)
-    measurements, shown = (tuple(outputs[i] for i in part) for part in (seen, wanted))
+    measurements, shown = (tuple(outputs[i] for i in part) for part in (rows, targets))
     disturbing = tuple(labels[i] for i in chosen)
     signals = Signals(tuple(system.state_labels), inputs, measurements, shown, dt, disturbances=disturbing)
-    D_d, D_u = D[np.ix_(seen, chosen)], D[np.ix_(seen, known)]
-    return Parts(A, B[:, chosen], B[:, known], C[seen], D_d, D_u, C[wanted], signals)
+    D_d, D_u = D[np.ix_(rows, chosen)], D[np.ix_(rows, known)]
+    return Parts(A, B[:, chosen], B[:, known], C[rows], D_d, D_u, C[targets], signals)
 
 
 def _chosen(disturbances: Sequence[int | str], labels: list[str]) -> list[int]:
@@ -268,17 +268,17 @@ class PlantReader(ABC, Generic[P]):
         """Names of the signals of a plant of arrays."""
 
     @abstractmethod
-    def read(self, system: Any, **given: Any) -> tuple[P, Signals]:
+    def read(self, system: Any, **options: Any) -> tuple[P, Signals]:
         """The plant in a `control.StateSpace`, with its names; raises InvalidInputError."""
 
-    def __call__(self, plant: Any, **given: Any) -> tuple[P, Signals]:
+    def __call__(self, plant: Any, **options: Any) -> tuple[P, Signals]:
         """The plant that a user gave, checked, and its names; raises InvalidInputError."""
         if isinstance(plant, self.kind):
-            if any(value is not None for value in given.values()):
+            if any(value is not None for value in options.values()):
                 raise InvalidInputError(self.refusal)
             return plant, self.signals_of(plant)
         if not is_statespace(plant):
             raise InvalidInputError(
                 f"plant must be a {self.arrays} or a control.StateSpace, got {type(plant).__name__}{self.advice}"
             )
-        return self.read(plant, **given)
+        return self.read(plant, **options)

@@ -33,8 +33,8 @@ KINDS = {"f": "float", "i": "int", "b": "bool"}
 
 def encoded(made: Any, args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> dict[str, Any]:
     """The arguments with which `made` was made, by name, as plain JSON values."""
-    given = signature(type(made).__init__).bind(made, *args, **kwargs).arguments
-    return {name: _plain(value) for name, value in list(given.items())[1:]}
+    arguments = signature(type(made).__init__).bind(made, *args, **kwargs).arguments
+    return {name: _plain(value) for name, value in list(arguments.items())[1:]}
 
 
 def decoded(value: Any) -> Any:
@@ -73,11 +73,11 @@ def arrays_in(value: Any, name: str = "") -> dict[str, Array]:
         parts = list(value.items())
     else:
         return {}
-    found: dict[str, Array] = {}
+    arrays: dict[str, Array] = {}
     for label, part in parts:
         for key, array in arrays_in(part, label).items():
-            found[key if key not in found else f"{label}_{key}"] = array
-    return found
+            arrays[key if key not in arrays else f"{label}_{key}"] = array
+    return arrays
 
 
 def _plain(value: Any) -> Any:
@@ -111,14 +111,14 @@ def _name(kind: type[Any]) -> str:
 
 def class_named(name: str) -> type[Any]:
     """A class of the estimation room; nothing that it imports from elsewhere, and nothing else of it."""
-    module, _, own = name.partition(":")
+    module, _, label = name.partition(":")
     try:
-        found = getattr(importlib.import_module(ROOM + module), own)
+        kind = getattr(importlib.import_module(ROOM + module), label)
     except (ImportError, AttributeError):
         raise InvalidInputError(f"{name!r} is not known; it may have been written by another release") from None
-    if not isinstance(found, type) or found.__module__ != ROOM + module:
+    if not isinstance(kind, type) or kind.__module__ != ROOM + module:
         raise InvalidInputError(f"{name!r} is no class of this library")
-    return found
+    return kind
 
 
 NOT_GIVEN: Final = object()
@@ -139,9 +139,9 @@ class Portable:
 
     def __new__(cls, *args: Any, **kwargs: Any) -> Self:
         """Remember the arguments."""
-        made = super().__new__(cls)
-        made._made_with = args, kwargs
-        return made
+        instance = super().__new__(cls)
+        instance._made_with = args, kwargs
+        return instance
 
     def named(self, signals: Signals | None) -> Self:
         """Call inputs and measurements by these names.
@@ -271,8 +271,8 @@ class Portable:
         return u, y
 
 
-def _known_names(given: dict[Any, Any], names: tuple[str, ...], kind: str) -> None:
-    for name in given:
+def _known_names(labels: dict[Any, Any], names: tuple[str, ...], kind: str) -> None:
+    for name in labels:
         if name not in names:
             raise InvalidInputError(f"no {kind} {name!r}; the {kind}s are {', '.join(names)}")
 
@@ -307,13 +307,13 @@ def load(path: str | Path) -> Portable:
         kind = class_named(held["observer"])
         if not issubclass(kind, Portable):
             raise InvalidInputError(f"{held['observer']} is no running observer")
-        made = kind(**{name: decoded(value) for name, value in held["made_with"].items()})
+        observer = kind(**{name: decoded(value) for name, value in held["made_with"].items()})
         if (names := held["signals"]) is None:
-            return made
+            return observer
         plain: dict[str, Any] = {
             key: tuple(value) if isinstance(value, list) else value for key, value in names.items()
         }
-        return made.named(Signals(**plain))
+        return observer.named(Signals(**plain))
     except InvalidInputError as error:
         raise InvalidInputError(f"{path}: {error}") from None
     except (KeyError, TypeError, ValueError, AttributeError) as error:

@@ -202,8 +202,8 @@ class GainResult(Shown):
         InvalidInputError
             Another number of names, a name twice, or the unit of no signal.
         """
-        given = {"states": states, "inputs": inputs, "measurements": measurements, "outputs": outputs}
-        return replace(self, signals=self.signals.named(given, units))
+        names = {"states": states, "inputs": inputs, "measurements": measurements, "outputs": outputs}
+        return replace(self, signals=self.signals.named(names, units))
 
     def fact(self, what: str) -> Evidence:
         """Look up one piece of evidence.
@@ -335,16 +335,16 @@ def baselines(
     out. simpler: what to do where a level is hardly below that of the Kalman filter; empty for no such advice. others:
     the measure of these two, if it is another. A measure that is known within a bracket is given as one.
     """
-    own, others = _bracket(level), others or how
+    bracket, others = _bracket(level), others or how
     limited = "limit" if what == "level" else f"{what}, limit"
     facts = [_without(without, what, how)]
     if kalman is not None:
         facts.append(Evidence(f"{what} of the Kalman filter", kalman, f"white noise of unit intensity; {others}"))
     if limit is not None:
         facts.append(Evidence(f"{limited} of any smoother", limit, f"all measurements, past and future; {others}"))
-    advice = () if without is None else _advice(own, _bracket(without), f"the {what} without sensors", ADVICE)
+    advice = () if without is None else _advice(bracket, _bracket(without), f"the {what} without sensors", ADVICE)
     if not advice and simpler and kalman is not None:
-        advice = _advice(own, _bracket(kalman), f"the {what} of the Kalman filter", simpler)
+        advice = _advice(bracket, _bracket(kalman), f"the {what} of the Kalman filter", simpler)
     return (*facts, *advice)
 
 
@@ -361,12 +361,12 @@ def _without(without: float | Bracket | None, what: str, how: str) -> Evidence:
     return Evidence(name, without.upper, f"{meaning}; bracket from {without.lower:.6g}, {without.method}")
 
 
-def _advice(own: Bracket, other: Bracket, name: str, advice: str) -> tuple[Evidence, ...]:
+def _advice(bracket: Bracket, reference: Bracket, name: str, advice: str) -> tuple[Evidence, ...]:
     """Not below, open, or only so much below: told of whole brackets, not of one end of each."""
-    if own.lower >= other.upper:
+    if bracket.lower >= reference.upper:
         return (Evidence("advice", f"not below {name}", advice),)
-    if own.upper >= other.lower:
-        ends = f"[{own.lower:.6g}, {own.upper:.6g}] against [{other.lower:.6g}, {other.upper:.6g}]"
+    if bracket.upper >= reference.lower:
+        ends = f"[{bracket.lower:.6g}, {bracket.upper:.6g}] against [{reference.lower:.6g}, {reference.upper:.6g}]"
         return (Evidence("advice", f"open whether below {name}: {ends}", OPEN),)
-    share = 1 - own.lower / other.upper
+    share = 1 - bracket.lower / reference.upper
     return (Evidence("advice", f"only {100 * share:.2g} % below {name}", advice),) if share < LITTLE else ()

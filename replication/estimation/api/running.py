@@ -65,10 +65,10 @@ def single(following: Array, estimate: Array, dt: float, signals: Signals | None
     import control
 
     n = len(following)
-    made = control.StateSpace(following[:, :n], following[:, n:], estimate[:, :n], estimate[:, n:], dt)
+    system = control.StateSpace(following[:, :n], following[:, n:], estimate[:, :n], estimate[:, n:], dt)
     if signals is not None:
-        _name(made, signals, 1)
-    return made
+        _name(system, signals, 1)
+    return system
 
 
 def _name(system: control.StateSpace, signals: Signals, count: int) -> None:

@@ -148,11 +148,11 @@ def design(
     """
     model, where, aim = as_plant(plant), one_of(At, at), one_of(Goal, goal)
     weights = checked_weights(model, state=state_weight, input=input_weight, process=process_noise, sensor=sensor_noise)
-    kept = require_level(aim, level)
+    target = require_level(aim, level)
     _builder(observer)
     if where is At.SLOW:
         problem = slow_problem(model, period=period, ratio=ratio, hold=hold, weights=weights, tracked=tracked)
-        return slow_design(problem, signals_of(plant, problem.period), goal=aim, level=kept, observer=observer)
+        return slow_design(problem, signals_of(plant, problem.period), goal=aim, level=target, observer=observer)
     if np.ndim(ratio) > 0 or np.any(np.asarray(hold) != 1) or aim is not Goal.H2:
         raise InvalidInputError(
             'one ratio for each sensor, hold and goal="hinf" belong to designs at the slow rate: at="slow"'
@@ -175,19 +175,19 @@ def _levels(result: DualRateResult, weights: Weights) -> tuple[Evidence, ...]:
     loop = result.loop.design
     if loop.ratio > LONGEST or (result.steady is not None and result.steady.loads):
         return ()
-    given = weights._replace(sensor=weights.sensor / loop.slow_period)
+    intensities = weights._replace(sensor=weights.sensor / loop.slow_period)
     try:
-        problem = slow_problem(loop.model, period=loop.period, ratio=loop.ratio, hold=1, weights=given)
+        problem = slow_problem(loop.model, period=loop.period, ratio=loop.ratio, hold=1, weights=intensities)
         best = kalman(problem)[1].upper
         level = gain(problem, of_gains(problem, result.loop)).upper
     except (InfeasibleError, InvalidInputError, SolverError):
         return ()
-    own = Evidence("level from process and sensor noise", level, MEASURE)
+    fact = Evidence("level from process and sensor noise", level, MEASURE)
     lost = None
     if level > (1 + LITTLE) * best > 0:
         how = f"ratio to the level of the Kalman filter there; {SLOW}"
         lost = Evidence("loss against the slow rate", level / best, how)
-    return (own, *((lost,) if lost else ()), *beside(problem, level, best))
+    return (fact, *((lost,) if lost else ()), *beside(problem, level, best))
 
 
 def analyse(

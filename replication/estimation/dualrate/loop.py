@@ -104,12 +104,12 @@ def close_loop(
     sensed = np.eye(true_plant.order) if observer.full_state else true_plant.C
     m = sampled.input.shape[1]
     law = np.hstack([design.feedback, np.zeros((m, m))])
-    own = [(step, phase == 0 or not observer.slow_command) for phase, step in enumerate(observer.steps)]
-    different = {(id(step), computes): (step, computes) for step, computes in own}
+    pairs = [(step, phase == 0 or not observer.slow_command) for phase, step in enumerate(observer.steps)]
+    different = {(id(step), computes): (step, computes) for step, computes in pairs}
     steps = {
         key: loop_step(law, step, sampled, sensed, computes=computes) for key, (step, computes) in different.items()
     }
-    return DualRateLoop(design, true_plant, harmonic, tuple(steps[id(step), computes] for step, computes in own))
+    return DualRateLoop(design, true_plant, harmonic, tuple(steps[id(step), computes] for step, computes in pairs))
 
 
 def loop_step(law: Array, o: ObserverStep, plant: Held, sensed: Array, *, computes: bool = True) -> LoopStep:
@@ -118,9 +118,9 @@ def loop_step(law: Array, o: ObserverStep, plant: Held, sensed: Array, *, comput
     p = sensed.shape[0]
     estimate = np.hstack([o.feedthrough @ sensed, o.readout, np.zeros((len(o.readout), m))])
     last = np.hstack([np.zeros((m, n + size)), np.eye(m)])
-    kept = (last, np.zeros((m, m)), np.zeros((m, p)))
+    hold = (last, np.zeros((m, m)), np.zeros((m, p)))
     computed = (law @ np.vstack([estimate, last]), np.eye(m), law[:, :-m] @ o.feedthrough)
-    command = computed if computes else kept
+    command = computed if computes else hold
     drive = np.vstack([plant.input, o.input, np.eye(m)])
     free = np.zeros((n + size + m, n + size + m))
     free[:n, :n] = plant.state

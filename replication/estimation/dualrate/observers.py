@@ -211,10 +211,10 @@ def _single(model: SampledModel, phase: int) -> ObserverStep:
 def _predicting(model: SampledModel, phase: int) -> ObserverStep:
     """State (ζ, ζ_p): ζ follows (7) with y at phase 0 and C ζ_p elsewhere."""
     draft, chain = _corrected(model, phase), model.predictor.state
-    own = np.hstack([draft.transition, model.H @ model.output * (phase > 0)])
+    rows = np.hstack([draft.transition, model.H @ model.output * (phase > 0)])
     return _step(
         model,
-        np.vstack([own, np.hstack([chain * (phase == 0), chain * (phase > 0)])]),
+        np.vstack([rows, np.hstack([chain * (phase == 0), chain * (phase > 0)])]),
         np.vstack([draft.input, model.predictor.input]),
         np.vstack([draft.injection, np.zeros((len(chain), model.H.shape[1]))]),
         np.concatenate([draft.forcing, model.predictor.forcing]),

@@ -208,8 +208,8 @@ def folded_mode(state: Array, output: Array, time: float, *, tolerance: float = 
             continue
         folded = [eigenvalues[alike & (whole == turn)][0] for turn in np.unique(whole[alike])]
         kernel = np.hstack([_eigenvectors(state, value, tolerance * scale) for value in folded])
-        seen = np.linalg.svd(output @ kernel, compute_uv=False)
-        if kernel.shape[1] > len(output) or seen[-1] <= tolerance * np.linalg.norm(output, 2):
+        spectrum = np.linalg.svd(output @ kernel, compute_uv=False)
+        if kernel.shape[1] > len(output) or spectrum[-1] <= tolerance * np.linalg.norm(output, 2):
             return complex(eigenvalue)
     return None
 

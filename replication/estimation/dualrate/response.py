@@ -183,8 +183,8 @@ def _error_at(loop: DualRateLoop, steady: SteadyState, time: float) -> tuple[com
     x = part.state @ steady.states[phase, : plant.order] + part.input @ u + part.forcing * w
     rate = plant.A @ x + plant.B_u @ u + drive
     bend = plant.A @ rate + s * drive
-    row, wanted = plant.C[0], np.exp(s * time)
-    return tuple(complex(row @ part - s**k * wanted) for k, part in enumerate((x, rate, bend)))  # type: ignore[return-value]
+    row, aim = plant.C[0], np.exp(s * time)
+    return tuple(complex(row @ part - s**k * aim) for k, part in enumerate((x, rate, bend)))  # type: ignore[return-value]
 
 
 @dataclass(frozen=True, eq=False)

@@ -81,8 +81,8 @@ def steady_of(plant: Plant, tracked: Any = None) -> Steady | None:
     if not len(load) and tracked is None:
         return None
     count, n, m = len(plant.C), plant.order, plant.B_u.shape[1]
-    given = range(count) if tracked is None else [tracked] if np.ndim(tracked) == 0 else list(tracked)
-    rows = tuple(row_of_output(plant, output) for output in given)
+    outputs = range(count) if tracked is None else [tracked] if np.ndim(tracked) == 0 else list(tracked)
+    rows = tuple(row_of_output(plant, output) for output in outputs)
     if len(set(rows)) != len(rows) or not 0 < len(rows) <= m:
         raise InvalidInputError(
             f"{m} inputs hold at most as many outputs at rest, each named once, got {list(rows)}: choose `tracked`"
@@ -92,10 +92,10 @@ def steady_of(plant: Plant, tracked: Any = None) -> Steady | None:
     back[moving] = np.eye(len(moving))
     back[fixed] = -load[:, moving]
     inner = Plant(kept @ plant.A @ back, kept @ plant.B_u, plant.C @ back)
-    seen, at = plant.C[list(rows)], len(moving)
-    equations = np.block([[inner.A, inner.B_u], [seen @ back, np.zeros((len(rows), m))]])
+    C, at = plant.C[list(rows)], len(moving)
+    equations = np.block([[inner.A, inner.B_u], [C @ back, np.zeros((len(rows), m))]])
     aims = np.zeros((len(equations), len(load) + len(rows)))
-    aims[:at, : len(load)], aims[at:, : len(load)] = -kept @ plant.A @ carried, -seen @ carried
+    aims[:at, : len(load)], aims[at:, : len(load)] = -kept @ plant.A @ carried, -C @ carried
     aims[at:, len(load) :] = np.eye(len(rows))
     rest = _solved(equations, aims)
     if rest is None:
@@ -118,8 +118,8 @@ def wanted(setpoint: Any, count: int) -> Array:
 def steady_error(steady: Steady, plant: Plant, loop: Sequence[Driven]) -> Evidence:
     """The largest error at rest of a loop at any instant, one of loads and set-points being one."""
     (size, references), count = loop[0].drive.shape, steady.loads
-    seen = np.vstack([steady.load, plant.C[list(steady.tracked)]])
-    rows = np.hstack([seen, np.zeros((len(seen), size - plant.order))])
+    readout = np.vstack([steady.load, plant.C[list(steady.tracked)]])
+    rows = np.hstack([readout, np.zeros((len(readout), size - plant.order))])
     total = np.eye(size + references)
     steps = []
     for instant in loop:
@@ -127,9 +127,9 @@ def steady_error(steady: Steady, plant: Plant, loop: Sequence[Driven]) -> Eviden
         joint = np.eye(size + references)
         joint[:size] = np.hstack([instant.state, instant.drive])
         total = joint @ total
-    given = np.vstack([np.hstack([rows[:count], np.zeros((count, references))]), np.eye(size + references)[size:]])
+    conditions = np.vstack([np.hstack([rows[:count], np.zeros((count, references))]), np.eye(size + references)[size:]])
     moved = (total - np.eye(len(total)))[:size]
-    rest = _solved(np.vstack([moved, given]), np.eye(size + count + references)[:, size:])
+    rest = _solved(np.vstack([moved, conditions]), np.eye(size + count + references)[:, size:])
     how = "of a tracked output at rest, for one of each load and set-point; exact, all fast instants"
     if rest is None:
         return Evidence("steady error", "none: no rest", how)
@@ -162,7 +162,7 @@ def _solved(matrix: Array, aims: Array) -> Array | None:
     rows[rows == 0.0] = 1.0
     columns = np.linalg.norm(matrix / rows, axis=0)
     columns[columns == 0.0] = 1.0
-    found = np.linalg.lstsq(matrix / rows / columns, aims / rows, rcond=None)[0] / columns[:, None]
-    missing = np.abs(matrix @ found - aims) / rows
-    known = np.abs(matrix / rows) @ np.abs(found) + np.abs(aims / rows)
-    return np.asarray(found) if np.all(missing <= REACHED * np.maximum(known.max(axis=0), 1e-300)) else None
+    solution = np.linalg.lstsq(matrix / rows / columns, aims / rows, rcond=None)[0] / columns[:, None]
+    missing = np.abs(matrix @ solution - aims) / rows
+    known = np.abs(matrix / rows) @ np.abs(solution) + np.abs(aims / rows)
+    return np.asarray(solution) if np.all(missing <= REACHED * np.maximum(known.max(axis=0), 1e-300)) else None

@@ -117,15 +117,15 @@ def design(
     checked, signals = read_plant(plant, measured=measured)
     range_ = as_range(periods)
     # Between two samples a stable plant must not forget its state altogether.
-    kept = np.exp(float(np.max(np.linalg.eigvals(checked.A).real)) * range_.h_u)
-    if kept < FORGOTTEN:
+    remainder = np.exp(float(np.max(np.linalg.eigvals(checked.A).real)) * range_.h_u)
+    if remainder < FORGOTTEN:
         raise InvalidInputError(
             f"periods are in seconds: over {range_.h_u:g} s the plant forgets its state (what is left of it is "
-            f"{kept:.0e}), and samples say nothing of the next; if milliseconds were meant, divide by 1000"
+            f"{remainder:.0e}), and samples say nothing of the next; if milliseconds were meant, divide by 1000"
         )
     solution = NonuniformResult.solve(checked, range_, goal)
-    own = {"plant": checked, "signals": signals, "periods": range_}
-    return NonuniformResult.worst(solution, leaves=leaves, horizon=horizon, **own)
+    data = {"plant": checked, "signals": signals, "periods": range_}
+    return NonuniformResult.worst(solution, leaves=leaves, horizon=horizon, **data)
 
 
 def analyse(
@@ -166,8 +166,8 @@ def analyse(
     """
     checked, signals = read_plant(plant, measured=measured)
     solution = Solution(gains_of(_filter(filter_)))
-    own = {"plant": checked, "signals": signals, "periods": as_range(periods)}
-    return NonuniformResult.worst(solution, leaves=leaves, horizon=horizon, **own)
+    data = {"plant": checked, "signals": signals, "periods": as_range(periods)}
+    return NonuniformResult.worst(solution, leaves=leaves, horizon=horizon, **data)
 
 
 def simulate(
@@ -303,5 +303,5 @@ def design_stamped(
     # Products of small matrices gain nothing from threads, and lose much where processors are busy.
     with threadpool_limits(1, user_api="blas"):
         solution = StampedResult.solve(checked, range_, cells)
-        own = {"plant": checked, "signals": signals, "periods": range_, "known": inputs}
-        return StampedResult.worst(solution, horizon=horizon, **own)
+        data = {"plant": checked, "signals": signals, "periods": range_, "known": inputs}
+        return StampedResult.worst(solution, horizon=horizon, **data)

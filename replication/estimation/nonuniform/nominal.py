@@ -91,7 +91,7 @@ def riccati_filter(plant: SampledPlant, h: float, level: float) -> NominalDesign
     measurements than disturbances, for example), SolverError if the recursion neither settles nor fails.
     """
     gamma, T = positive_scalar("level", level), balancing(plant)
-    given, (plant, rows) = plant, _independent(plant.in_coordinates(T))
+    original, (plant, rows) = plant, _independent(plant.in_coordinates(T))
     Phi, Gamma = plant.discretise(h)
     start = START * np.linalg.norm(Gamma @ Gamma.T, 2) * np.eye(plant.order)
     full_rank = np.linalg.matrix_rank(plant.D) == len(plant.D)
@@ -105,7 +105,7 @@ def riccati_filter(plant: SampledPlant, h: float, level: float) -> NominalDesign
     C, D, L = plant.C, plant.D, plant.L
     Q = P + P @ L.T @ np.linalg.solve(gamma**2 * np.eye(len(L)) - L @ P @ L.T, L @ P)
     gain = np.linalg.solve(C @ Q @ C.T + D @ D.T, (Phi @ Q @ C.T + Gamma @ D.T).T).T
-    filter_ = observer(given, h, np.linalg.solve(T, gain) @ rows)
+    filter_ = observer(original, h, np.linalg.solve(T, gain) @ rows)
     return NominalDesign(gamma, filter_) if filter_.spectral_radius() < 1 else None
 
 
@@ -116,10 +116,10 @@ def _independent(plant: SampledPlant) -> tuple[SampledPlant, Array]:
     # Rows of equal length first, so that a small unit of measurement is not taken for a copy.
     unit = np.divide(1.0, sizes, out=np.zeros_like(sizes), where=sizes > 0)
     left, values, _ = np.linalg.svd(joint * unit, full_matrices=False)
-    kept = values > DEPENDENT * values[0]
-    if len(kept) == len(joint) and np.all(kept):
+    mask = values > DEPENDENT * values[0]
+    if len(mask) == len(joint) and np.all(mask):
         return plant, np.eye(len(joint))
-    rows = left[:, kept].T * unit.T
+    rows = left[:, mask].T * unit.T
     return type(plant)(plant.A, plant.B, rows @ plant.C, rows @ plant.D, plant.L), rows
 
 

@@ -132,16 +132,16 @@ class SequenceResult(Design):
 
     @classmethod
     @abstractmethod
-    def worst(cls, solution: Solution, *, horizon: int, **own: Any) -> Self:
+    def worst(cls, solution: Solution, *, horizon: int, **data: Any) -> Self:
         """The result for the gains of a solution: both ends of the worst-case gain over every sequence."""
 
     @classmethod
     def bracketed(
-        cls, solution: Solution, upper: float, matrices: int, more: Sequence[Evidence], *, horizon: int, **own: Any
+        cls, solution: Solution, upper: float, matrices: int, more: Sequence[Evidence], *, horizon: int, **data: Any
     ) -> Self:
         """The result with its lower end and what it is worth; matrices: of the proof, more: facts of the method."""
-        plant, periods, attack = own["plant"], own["periods"], own["gain"].attack
-        lower, levels = compare.beside(plant, own["filter"], periods, (attack.level, upper), horizon=horizon)
+        plant, periods, attack = data["plant"], data["periods"], data["gain"].attack
+        lower, levels = compare.beside(plant, data["filter"], periods, (attack.level, upper), horizon=horizon)
         what, how = f"runs {attack.runs} of h_u, h_l", f"disturbance over {len(attack.periods)} samples"
         if lower > attack.level:  # constant periods are worse in the long run
             what, how = "a constant period", "exact gain over all time"
@@ -155,7 +155,7 @@ class SequenceResult(Design):
             Evidence("sampling periods", f"{periods.h_l:g} to {periods.h_u:g}", "as given", "s"),
         ]
         bracket = Bracket(lower, upper, BOTH_ENDS)
-        return cls(bracket=bracket, gains=frozen(solution.gains), evidence=(*facts, *levels), **own)
+        return cls(bracket=bracket, gains=frozen(solution.gains), evidence=(*facts, *levels), **data)
 
     def error_system(self) -> PeriodicSystem:
         """At the middle of the range, as a constant period."""
@@ -221,16 +221,16 @@ class NonuniformResult(SequenceResult):
         return Solution(gains_of(design.filter.in_units(np.diag(balanced))), facts)
 
     @classmethod
-    def worst(cls, solution: Solution, *, horizon: int, leaves: int = LEAVES, **own: Any) -> Self:
+    def worst(cls, solution: Solution, *, horizon: int, leaves: int = LEAVES, **data: Any) -> Self:
         """With as many Lyapunov matrices as `leaves`."""
-        plant, periods, filter_ = own["plant"], own["periods"], Filter(*solution.gains.values())
+        plant, periods, filter_ = data["plant"], data["periods"], Filter(*solution.gains.values())
         with threadpool_limits(1, user_api="blas"), compare.searched(horizon):
             gain = worst_case_gain(plant, filter_, periods, horizon=horizon, final_horizon=horizon, max_leaves=leaves)
             radius = Evidence(
                 "spectral radius of A_f", filter_.spectral_radius(), "stable for every sequence iff below one"
             )
-            own |= {"filter": filter_, "gain": gain}
-            return cls.bracketed(solution, gain.upper, gain.guarantee.leaves, [radius], horizon=horizon, **own)
+            data |= {"filter": filter_, "gain": gain}
+            return cls.bracketed(solution, gain.upper, gain.guarantee.leaves, [radius], horizon=horizon, **data)
 
     def constant(self, h: float) -> Filter:
         """The filter itself."""
@@ -293,16 +293,16 @@ class StampedResult(SequenceResult):
         return Solution(gains, facts, {"filter": filter_, "proof": proof})
 
     @classmethod
-    def worst(cls, solution: Solution, *, horizon: int, **own: Any) -> Self:
+    def worst(cls, solution: Solution, *, horizon: int, **data: Any) -> Self:
         """With a floor of any filter."""
-        plant, periods, filter_, proof = own["plant"], own["periods"], solution.own["filter"], solution.own["proof"]
+        plant, periods, filter_, proof = data["plant"], data["periods"], solution.own["filter"], solution.own["proof"]
         with compare.searched(horizon):
-            own |= {"filter": filter_}
-            own["gain"] = StampedGain(worst_sequence(plant, filter_, periods, horizon=horizon), proof)
+            data |= {"filter": filter_}
+            data["gain"] = StampedGain(worst_sequence(plant, filter_, periods, horizon=horizon), proof)
             floor = compare.floor_of_any_filter(plant, periods, proof.level)
             how = "Riccati recursion, the worst constant period"
             more = [] if floor is None else [Evidence("least level of any filter", floor, how)]
-            return cls.bracketed(solution, proof.level, len(proof.storage), more, horizon=horizon, **own)
+            return cls.bracketed(solution, proof.level, len(proof.storage), more, horizon=horizon, **data)
 
     def constant(self, h: float) -> Filter:
         """x^(k+1) = Phi(h) x^(k) + K (y(k) - C x^(k)) with the gain after that period."""
@@ -310,8 +310,8 @@ class StampedResult(SequenceResult):
 
     def observer(self) -> StampedObserver:  # type: ignore[override]
         """The filter, to run in a loop: `step(y, t=...)` for each sample."""
-        made = StampedObserver(self.plant, self.filter, self.periods, self.known, self.signals.measurements)
-        return made.named(self.signals)
+        instance = StampedObserver(self.plant, self.filter, self.periods, self.known, self.signals.measurements)
+        return instance.named(self.signals)
 
     def to_statespace(self, h: float | None = None) -> control.StateSpace:
         """The filter from y to z^ at a constant period h (s), without known inputs; that of the middle unless given.

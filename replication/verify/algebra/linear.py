@@ -73,8 +73,8 @@ def solved(M: Any, right: Any, what: str) -> Any:
 
 def resolved(A: Any, z: acb, right: acb_mat, what: str = "zI - A is not proved invertible") -> acb_mat:
     """(z I - A)^{-1} right, A in balls."""
-    found: acb_mat = solved(acb_mat(identity(A.nrows())) * z - acb_mat(A), right, what)
-    return found
+    solution: acb_mat = solved(acb_mat(identity(A.nrows())) * z - acb_mat(A), right, what)
+    return solution
 
 
 def between(low: fmpq, high: fmpq) -> arb:
@@ -146,8 +146,8 @@ def hold(A: fmpq_mat, B: fmpq_mat, time: fmpq | arb) -> tuple[arb_mat, arb_mat]:
 def roots(polynomial: fmpq_poly) -> list[acb]:
     """Enclosures of all complex roots, each as often as its multiplicity; apart from each other unless equal."""
     spend_on_roots(polynomial)
-    found: list[tuple[acb, int]] = polynomial.complex_roots()  # type: ignore[assignment]  # its stubs say otherwise
-    return [root for root, multiplicity in found for _ in range(multiplicity)]
+    pairs: list[tuple[acb, int]] = polynomial.complex_roots()  # type: ignore[assignment]  # its stubs say otherwise
+    return [root for root, multiplicity in pairs for _ in range(multiplicity)]
 
 
 def root_near(polynomial: acb_poly, guess: acb) -> acb:

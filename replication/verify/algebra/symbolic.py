@@ -82,21 +82,21 @@ class Words(Ring):
         while todo:
             (numbers, word), a = todo.popitem()
             whole = Words({(numbers, word): a}, self.symmetric)
-            found = next(
+            place = next(
                 ((left, at) for left in rules for at in range(len(word)) if word[at : at + len(left)] == left), None
             )
-            if found is None:
+            if place is None:
                 done += whole
             else:
-                left, at = found
+                left, at = place
                 front, rest = Words({(numbers, word[:at]): a}), Words({((), word[at + len(left) :]): fmpq(1)})
                 todo = dict((Words(todo) + front * rules[left] * rest).terms)
         return done
 
     def without(self, *names: str) -> Words:
         """The same with these letters zero."""
-        kept = {(n, word): a for (n, word), a in self.terms.items() if not {name for name, _ in word} & {*names}}
-        return Words(kept, self.symmetric)
+        terms = {(n, word): a for (n, word), a in self.terms.items() if not {name for name, _ in word} & {*names}}
+        return Words(terms, self.symmetric)
 
     def at(self, values: Mapping[str, fmpq]) -> fmpq:
         """The value where every letter is a number."""

@@ -64,8 +64,8 @@ class Functional:
     bound=LOWER,
     says=Says(quantity=LEAST, readings=(TENSOR,)),
     witness={
-        "change": Depends(lambda given: sized(matrix, given.plant.states, given.plant.states)),
-        "functional": Depends(lambda given: sized(read_functional, given.plant, 2 * given.degree + 1)),
+        "change": Depends(lambda values: sized(matrix, values.plant.states, values.plant.states)),
+        "functional": Depends(lambda values: sized(read_functional, values.plant, 2 * values.degree + 1)),
     },
 )
 def degree_lower(plant: DelayPlant, degree: int, lower: fmpq, change: fmpq_mat, functional: Functional) -> None:
@@ -83,8 +83,8 @@ def degree_lower(plant: DelayPlant, degree: int, lower: fmpq, change: fmpq_mat, 
     bound=LOWER,
     says=tuple(narrow(degree, ge) for degree in DEGREES),
     witness={
-        "change": Depends(lambda given: sized(matrix, given.plant.states, given.plant.states)),
-        "functional": Depends(lambda given: sized(read_functional, given.plant, 2 * given.degree + 3)),
+        "change": Depends(lambda values: sized(matrix, values.plant.states, values.plant.states)),
+        "functional": Depends(lambda values: sized(read_functional, values.plant, 2 * values.degree + 3)),
     },
 )
 def narrow_lower(

@@ -213,12 +213,12 @@ def require_self_adjoint(turn: fmpq) -> None:
     J is the rotation by a right angle, A = P^-1 (2 J - I), B = C_1 = I, gamma = 2. The trace of A, the sum of the real
     parts of its eigenvalues, is positive: one of them has a positive real part.
     """
-    one, J = identity(2), fmpq_mat([[0, 1], [-1, 0]])
-    P = one + J * turn
-    A = P.inv() * (J * 2 - one)
+    unit, J = identity(2), fmpq_mat([[0, 1], [-1, 0]])
+    P = unit + J * turn
+    A = P.inv() * (J * 2 - unit)
     rate = P * A + (P * A).transpose()
     decide(Positive(P + P.transpose(), "P + P'"))
-    form = block([[rate, -P, one], [-P.transpose(), one * -2, zeros(2, 2)], [one, zeros(2, 2), one * -2]])
+    form = block([[rate, -P, unit], [-P.transpose(), unit * -2, zeros(2, 2)], [unit, zeros(2, 2), unit * -2]])
     decide(Positive(form * -1, "the inequality of Theorem 1"))
     decide(Below(0, A[0, 0] + A[1, 1], "the error of the example with P that is not self-adjoint may vanish"))
 
@@ -253,10 +253,10 @@ def word(names: str) -> tuple[Letter, ...]:
 def rules() -> dict[tuple[Letter, ...], Words]:
     """What follows from Pi = P^-1, W = (K H' Pi H - I - K G)^-1 and X = (I + K G)^-1; P, K and G are symmetric."""
     W, X, K, G = named("W X K G")
-    found = {word("P Pi"): one(), word("Pi P"): one()}
-    found |= {word("W K H' Pi H"): one() + W + W * K * G, word("W' H' Pi H K"): one() + W.T + W.T * G * K}
-    found |= {word("X K G"): one() - X, word("G K X'"): one() - X.T, word("X K"): K * X.T}
-    return found
+    rewrites = {word("P Pi"): one(), word("Pi P"): one()}
+    rewrites |= {word("W K H' Pi H"): one() + W + W * K * G, word("W' H' Pi H K"): one() + W.T + W.T * G * K}
+    rewrites |= {word("X K G"): one() - X, word("G K X'"): one() - X.T, word("X K"): K * X.T}
+    return rewrites
 
 
 def inverse(*, printed: bool) -> tuple[Words, Words, Words]:
@@ -285,10 +285,10 @@ def inverse_residuals(*, printed: bool) -> list[Words]:
 def gains(P: Words, H: Words, G: Words) -> dict[str, Words]:
     """The gains of Lemma 5 from P_hat, H_hat and Gamma_hat; of L_3 and L_7 the integrals with y."""
     K, Z, V, Z_0, Z_2, I_3, W_4, W_5, W_6, I_6, I_7 = named("K Z V Z_0 Z_2 I_3 W_4 W_5 W_6 I_6 I_7")
-    found = {"L_0": P * Z_0 + H * K * W_4, "L_2": P * Z_2 + H * K * W_5, "L_3": P * I_3 + H * I_6 + H * K * I_7}
-    found |= {"L_4": H.T * Z_0 + W_4 + G * K * W_4, "L_5": H.T * Z_2 + W_5 + G * K * W_5, "L_6": W_6}
-    found["L_7"] = H.T * I_3 + I_7 + G * I_6 + G * K * I_7
-    return {name: V * Z.T * gain if name > "L_3" else gain for name, gain in found.items()}
+    formulas = {"L_0": P * Z_0 + H * K * W_4, "L_2": P * Z_2 + H * K * W_5, "L_3": P * I_3 + H * I_6 + H * K * I_7}
+    formulas |= {"L_4": H.T * Z_0 + W_4 + G * K * W_4, "L_5": H.T * Z_2 + W_5 + G * K * W_5, "L_6": W_6}
+    formulas["L_7"] = H.T * I_3 + I_7 + G * I_6 + G * K * I_7
+    return {name: V * Z.T * gain if name > "L_3" else gain for name, gain in formulas.items()}
 
 
 def gain_residuals(*, printed: bool) -> list[Words]:
@@ -318,8 +318,8 @@ PARTS = {
 
 def example() -> dict[str, fmpq]:
     """All letters of the example as numbers, with the inverses as printed."""
-    given: dict[str, Any] = {**EXAMPLE, **GIVEN}
-    at = {name: fmpq(value) for name, value in given.items()}
+    letters: dict[str, Any] = {**EXAMPLE, **GIVEN}
+    at = {name: fmpq(value) for name, value in letters.items()}
     seen = at["K"] * at["G"] * at["tau"]
     at |= {"Pi": 1 / at["P"], "X": 1 / (1 + seen)}
     return at | {"W": 1 / (at["K"] * at["H"] ** 2 * at["Pi"] - 1 - seen)}
@@ -352,9 +352,9 @@ def operator_identity(part: str) -> Found:
 def present_only() -> None:
     """Where Q_i and Z_3i to Z_7ij are zero, all gains of Lemma 5 are zero but L_0 = P^-1 Z_0 and L_2i = P^-1 Z_2i."""
     zero = ("H", "I_3", "W_4", "W_5", "W_6", "I_6", "I_7")
-    found = {name: gain.without(*zero) for name, gain in gains(*inverse(printed=False)).items()}
+    formulas = {name: gain.without(*zero) for name, gain in gains(*inverse(printed=False)).items()}
     Pi, Z_0, Z_2 = named("Pi Z_0 Z_2")
     for name, expected in {"L_0": Pi * Z_0, "L_2": Pi * Z_2}.items():
-        decide(Identity(found.pop(name), expected, f"the formula of {name}"))
-    for name, gain in found.items():
+        decide(Identity(formulas.pop(name), expected, f"the formula of {name}"))
+    for name, gain in formulas.items():
         decide(Identity(gain, NONE, f"that {name} is zero"))

@@ -56,19 +56,19 @@ def above(degree: int, *, total: bool = False) -> Says:
 
 def narrow(degree: int, within: Callable[[int, int], bool] = le) -> Says:
     """What squares of a degree, or less (of the lower bounds: or more), in one variable are under their own rule."""
-    return at(degree, lambda given: (NARROW[given["rule"]],) if within(given["degree"], degree) else ())
+    return at(degree, lambda parameters: (NARROW[parameters["rule"]],) if within(parameters["degree"], degree) else ())
 
 
 def ratio(degree: int) -> Says:
     """How near an observer of a degree, or of less, comes to the best."""
-    says = at(degree, lambda given: UNDER if given["degree"] <= degree else ())
+    says = at(degree, lambda parameters: UNDER if parameters["degree"] <= degree else ())
     return replace(says, quantity=RATIO, estimators=OBSERVERS, found=lambda known: Found(upper=known["factor"]))
 
 
 REACHED = Says(quantity=GAIN, estimators=OBSERVERS, setting={}, readings=UNDER)
 FEASIBLE = Says(quantity=MET, setting={}, readings=UNDER, found=lambda known: Found(holds=True))
-HIDDEN = Depends(lambda given: sized(read_hidden, given.plant.states))
-PROOF = Depends(lambda given: sized(read_proof, given.plant.states))
+HIDDEN = Depends(lambda values: sized(read_hidden, values.plant.states))
+PROOF = Depends(lambda values: sized(read_proof, values.plant.states))
 
 
 @on_plant(
@@ -157,7 +157,7 @@ def unstable(plant: DelayPlant, left: fmpq, right: fmpq) -> None:
     says=Says(
         quantity="Example 4 unstable",
         setting={},
-        readings=lambda given: ("jordan-one",) if given["eigenvalues"] == ["1"] else (),
+        readings=lambda parameters: ("jordan-one",) if parameters["eigenvalues"] == ["1"] else (),
     ),
 )
 def not_unstable(eigenvalues: list[fmpq]) -> Found:

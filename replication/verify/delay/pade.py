@@ -50,8 +50,8 @@ def lag(order: int, argument: acb) -> acb:
     parameters={"order": ORDER},
     bound=UPPER,
     witness={
-        "change": Depends(lambda given: sized(matrix, given.plant.states, given.plant.states)),
-        "section": Depends(lambda given: sized(read_section, given.order)),
+        "change": Depends(lambda values: sized(matrix, values.plant.states, values.plant.states)),
+        "section": Depends(lambda values: sized(read_section, values.order)),
         "P": symmetric,
     },
     says=LEAST,
@@ -65,11 +65,11 @@ def pade_upper(plant: DelayPlant, order: int, upper: fmpq, change: fmpq_mat, sec
     size, n, q = A.nrows(), plant.states, plant.C2.nrows()
     require(P.nrows() == size, f"witness.P must have {size} rows, got {P.nrows()}")
     decide(Positive(P, "witness.P"))
-    kept = [*range(n - q), *range(n, size)]
+    indices = [*range(n - q), *range(n, size)]
     drift = P * A
-    corner = submatrix(drift + drift.transpose(), kept, kept)
+    corner = submatrix(drift + drift.transpose(), indices, indices)
     # The sign of w does not matter: -P B of (3) is P B for the disturbance -w.
-    drive, output = take_rows(P * B, kept), submatrix(C, range(C.nrows()), kept)
+    drive, output = take_rows(P * B, indices), submatrix(C, range(C.nrows()), indices)
     r, p = B.ncols(), C.nrows()
     inequality = block(
         [
@@ -85,7 +85,7 @@ def pade_upper(plant: DelayPlant, order: int, upper: fmpq, change: fmpq_mat, sec
     "delay.pade-lower",
     parameters={"order": ORDER},
     bound=LOWER,
-    witness=Depends(lambda given: sized(read_hidden, given.plant.states)),
+    witness=Depends(lambda values: sized(read_hidden, values.plant.states)),
     says=LEAST,
 )
 def pade_lower(plant: DelayPlant, order: int, lower: fmpq, witness: Hidden) -> None:
@@ -134,8 +134,8 @@ def model(plant: DelayPlant, section: Section) -> tuple[fmpq_mat, fmpq_mat, fmpq
         unit = submatrix(identity(n), [j % n], range(n))
         now += gain * unit * d
         columns.append(gain * c)
-        own = [a * rate if m == k else zeros(order, order) for m in range(len(delayed))]
-        through.append([b * unit * rate, *own])
+        blocks = [a * rate if m == k else zeros(order, order) for m in range(len(delayed))]
+        through.append([b * unit * rate, *blocks])
     top = block([[now, *columns]])
     A = block([[take_rows(top, range(n))], *([block([row])] for row in through)])
     return A, block([[plant.B], [zeros(size - n, plant.B.ncols())]]), take_rows(top, range(n, top.nrows()))

@@ -44,9 +44,9 @@ class Observer(StrEnum):
 
     def __new__(cls, name: str, words: str) -> Observer:
         """The string `name`, with words."""
-        made = str.__new__(cls, name)
-        made._value_, made.words = name, words
-        return made
+        member = str.__new__(cls, name)
+        member._value_, member.words = name, words
+        return member
 
 
 OBSERVER = sized(one_of, Observer)

@@ -60,8 +60,8 @@ def radius(plant: Loop, observer: Observer, lower: fmpq, upper: fmpq, root: acb)
     """Over one slow period {observer.words}< of the plant {plant.name}|> ({plant.data}, T = {plant.T} s) has the
     spectral radius {lower:down} to {upper:up}.
     """
-    found = abs(eigenvalue_near(plant, observer, root))
-    decide(Below(lower, found, f"the eigenvalue is not proved to be at least {below(lower)} in modulus"))
+    modulus = abs(eigenvalue_near(plant, observer, root))
+    decide(Below(lower, modulus, f"the eigenvalue is not proved to be at least {below(lower)} in modulus"))
     decide(Within(monodromy(plant, observer), "the eigenvalues of Φ", upper))
 
 
@@ -82,9 +82,9 @@ def stable(plant: Loop, observer: Observer, radius: fmpq) -> None:
 
 def read_starts(value: Any, path: str, loop: Loop) -> dict[str, list[fmpq]]:
     """ζ(0) by the names of `STARTS`, each once."""
-    found = {name: STARTS[name](loop) for name in several(value, path, sized(one_of, STARTS))}
-    require(len(found) == len(value), f"{path} must name each once")
-    return found
+    starts = {name: STARTS[name](loop) for name in several(value, path, sized(one_of, STARTS))}
+    require(len(starts) == len(value), f"{path} must name each once")
+    return starts
 
 
 @on_paper(
@@ -93,7 +93,7 @@ def read_starts(value: Any, path: str, loop: Loop) -> dict[str, list[fmpq]]:
     parameters={
         "observer": OBSERVER,
         "frequency": positive,
-        "starts": Depends(lambda given: sized(read_starts, given.plant)),
+        "starts": Depends(lambda values: sized(read_starts, values.plant)),
     },
     witness={"root": read_guess},
     holds=True,
@@ -168,8 +168,8 @@ class Motor:
 def read_motor(value: Any, path: str) -> Motor:
     """The motor of a certificate."""
     _, *values, A, B, C = fields(value, path, "name", *PARAMETERS, "A", "B", "C")
-    given = {name: positive(number, f"{path}.{name}") for name, number in zip(PARAMETERS, values, strict=True)}
-    return Motor(given, matrix(A, f"{path}.A", 3, 3), matrix(B, f"{path}.B", 3, 1), matrix(C, f"{path}.C", 1, 3))
+    numbers = {name: positive(number, f"{path}.{name}") for name, number in zip(PARAMETERS, values, strict=True)}
+    return Motor(numbers, matrix(A, f"{path}.A", 3, 3), matrix(B, f"{path}.B", 3, 1), matrix(C, f"{path}.C", 1, 3))
 
 
 @statement(

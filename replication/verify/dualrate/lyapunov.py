@@ -123,12 +123,12 @@ def energy(lyapunov: Lyapunov, x: arb_mat, zeta: arb_mat) -> arb:
 # Statements on P, on (15) and (18), and on the result itself: a loop that refutes it.
 
 
-SOLUTION = Depends(lambda given: sized(read_lyapunov, given.plant))
+SOLUTION = Depends(lambda values: sized(read_lyapunov, values.plant))
 
 
 @on_paper(
     "dualrate.lyapunov",
-    witness={"P": Depends(lambda given: sized(symmetric, 2 * given.plant.order))},
+    witness={"P": Depends(lambda values: sized(symmetric, 2 * values.plant.order))},
     holds=True,
     says="Lyapunov equation",
 )
@@ -144,7 +144,7 @@ def lyapunov(plant: Loop, P: fmpq_mat) -> None:
 @on_paper(
     "dualrate.prediction-bound",
     parameters={"longest": positive},
-    witness={"lyapunov": SOLUTION, "chi": Depends(lambda given: sized(matrix, 2 * given.plant.order, 1))},
+    witness={"lyapunov": SOLUTION, "chi": Depends(lambda values: sized(matrix, 2 * values.plant.order, 1))},
     holds=False,
     says=Says(quantity="bound (15)", setting={}, readings=("elapsed-period",), universal=True),
 )

@@ -174,14 +174,14 @@ def require_errors_below(moving: Motion, begun: acb_mat, length: fmpq, bound: fm
 def require_modulus_below(polynomial: acb_poly, bound: arb, left: fmpq, right: fmpq) -> None:
     """Refuse unless |p| < bound on [left, right]: halves, with the mean value theorem for |p|² on each part."""
     both = [arb_poly([*column]) for column in zip(*parts(polynomial.coeffs()).tolist(), strict=True)]
-    slopes, todo = [one.derivative() for one in both], [(left, right)]
+    slopes, todo = [part.derivative() for part in both], [(left, right)]
     for _ in range(PARTS):
         if not todo:
             return
         spend(100 * BALL, "the largest error")
         a, b = todo.pop()
-        middle, there = (a + b) / 2, arb(a).union(arb(b))
-        steepest = abs(sum((p(there) * slope(there) for p, slope in zip(both, slopes, strict=True)), arb(0))) * 2
+        middle, span = (a + b) / 2, arb(a).union(arb(b))
+        steepest = abs(sum((p(span) * slope(span) for p, slope in zip(both, slopes, strict=True)), arb(0))) * 2
         square = energy(arb_mat([[p(arb(middle)) for p in both]]))
         if not holds(Below(square + steepest * arb(b - middle), bound**2, "this part")):
             todo += [(a, middle), (middle, b)]
@@ -225,25 +225,25 @@ def read_error(value: Any, path: str, loop: Loop) -> Error:
         "time": rational,
         "scales": sized(sequence, positive, loop.order + 2),
     }
-    found = Error(**record(value, path, readers))
-    inside = found.phase < loop.M and 0 <= found.time <= loop.T
+    error = Error(**record(value, path, readers))
+    inside = error.phase < loop.M and 0 <= error.time <= loop.T
     require(inside, f"{path}.phase or {path}.time lies outside the slow period")
-    return found
+    return error
 
 
 def _readings(parameters: Mapping[str, Any]) -> tuple[str, ...]:
     observer, rest = parameters["observer"], (parameters["feedforward"], parameters["instants"])
     if rest == ("printed", "all") and observer not in (Observer.PMI, Observer.SRC):
         # Other readings of DRC-PMI leave DRC-APO as it is.
-        other = ("literal", *INTERPOLATED.values()) if observer == Observer.APO else (INTERPOLATED.get(observer, ""),)
-        return tuple(name for name in other if name) or (NO_READING,)
+        names = ("literal", *INTERPOLATED.values()) if observer == Observer.APO else (INTERPOLATED.get(observer, ""),)
+        return tuple(name for name in names if name) or (NO_READING,)
     return (READINGS[rest],) if observer in COLUMNS else (NO_READING,)
 
 
 def _compared(parameters: Mapping[str, Any]) -> tuple[str, ...]:
     """The reading under which one of two observers is that of DRC-PMI, and the error is that at the fast instants."""
-    found = [INTERPOLATED[name] for name in (parameters["observer"], parameters["than"]) if name in INTERPOLATED]
-    return tuple(f"estimate-{name}" for name in found or ["literal"])
+    names = [INTERPOLATED[name] for name in (parameters["observer"], parameters["than"]) if name in INTERPOLATED]
+    return tuple(f"estimate-{name}" for name in names or ["literal"])
 
 
 def _setting(i: int, parameters: Mapping[str, Any]) -> dict[str, Any]:
@@ -264,7 +264,7 @@ def _bounds(i: int, known: Mapping[str, Any]) -> Found:
         "instants": sized(one_of, INSTANTS),
         "frequencies": sized(several, positive, MOST),
     },
-    witness={"errors": Depends(lambda given: sized(sequence, sized(read_error, given.plant), len(given.frequencies)))},
+    witness={"errors": Depends(lambda case: sized(sequence, sized(read_error, case.plant), len(case.frequencies)))},
     says=tuple(
         Says(
             quantity="largest tracking error",
@@ -320,7 +320,7 @@ def tracking_errors(
         Says(quantity="better estimate", readings=_compared),
         Says(
             quantity="better estimate",
-            setting=lambda given: {**given, "observer": given["than"], "than": given["observer"]},
+            setting=lambda parameters: {**parameters, "observer": parameters["than"], "than": parameters["observer"]},
             readings=_compared,
             found=lambda known: Found(holds=False),
         ),

@@ -117,7 +117,7 @@ BOUNDS = {
     source="shao",
     parameters={
         "quantity": sized(one_of, STEPS),
-        "weights": Depends(lambda given: sized(record, dict.fromkeys(STEPS[given.quantity], positive))),
+        "weights": Depends(lambda values: sized(record, dict.fromkeys(STEPS[values.quantity], positive))),
     },
     holds=True,
     says=Says(quantity=lambda parameters: BOUNDS[parameters["quantity"]][0], setting={}),

@@ -23,8 +23,8 @@ def error_system(**sizes: int) -> Found:
     A, B_u, B_d, C, D, L, S, x, o, u, d, w = letters("A", "B_u", "B_d", "C", "D", "L", "S", *"xoudw")
     plant, measured = A @ x + B_u @ u + B_d @ d, S @ C @ x + S @ D @ w
     observer = A @ o + B_u @ u + L @ (measured - S @ C @ o)
-    wanted = (A - L @ S @ C) @ (x - o) + B_d @ d - L @ S @ D @ w
-    decide(Identity(plant - observer, wanted, "eq. (16)"))
+    expected = (A - L @ S @ C) @ (x - o) + B_d @ d - L @ S @ D @ w
+    decide(Identity(plant - observer, expected, "eq. (16)"))
     return _counted(sizes)
 
 
@@ -47,8 +47,8 @@ def schur(**sizes: int) -> Found:
 
 def _counted(sizes: dict[str, int]) -> Found:
     """The sizes in words."""
-    told = (f"{size} {name if size > 1 else name.removesuffix('s')}" for name, size in sizes.items())
-    return Found(words={"sizes": ", ".join(told)})
+    phrases = (f"{size} {name if size > 1 else name.removesuffix('s')}" for name, size in sizes.items())
+    return Found(words={"sizes": ", ".join(phrases)})
 
 
 @statement("multirate.theorem-1", source="okajima2023", holds=True, says="Theorem 1")

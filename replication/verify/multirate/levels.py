@@ -34,7 +34,7 @@ on_sensors = partial(
     statement,
     source="okajima2023",
     parameters=CHOSEN,
-    plant=Depends(lambda given: sized(read_sensing, given)),
+    plant=Depends(lambda values: sized(read_sensing, values)),
     bound=BOTH,
     holds=True,
 )
@@ -45,9 +45,9 @@ UNDER = (NO_READING, "observers of form (15)", "columns of Table 1")
 """Readings of the paper under which its levels are those of the observers that it designs."""
 
 
-def _excess(given: Mapping[str, Any]) -> Found:
+def _excess(values: Mapping[str, Any]) -> Found:
     """The relative distance between both bounds: the level of the theorem is at most the upper one."""
-    return Found(lower=fmpq(0), upper=given["upper"] / given["lower"] - 1)
+    return Found(lower=fmpq(0), upper=values["upper"] / values["lower"] - 1)
 
 
 TIGHT = (
@@ -55,17 +55,17 @@ TIGHT = (
     Says(quantity="excess over gains of Theorem 2", found=_excess),
 )
 """The level of the witness is one of Theorem 2, and its gains have it; no observer has one below the lower bound."""
-GAINS = Depends(lambda given: sized(matrices, given.plant.order, given.plant.sensors, given.plant.phases))
-STORAGE = Depends(lambda given: sized(sequence, sized(symmetric, given.plant.order), given.plant.phases))
-RECURRENT = Depends(lambda given: sized(matrices, given.plant.B_d.ncols(), given.turn.nrows(), given.plant.phases))
-FINITE = Depends(lambda given: sized(matrices, given.plant.B_d.ncols(), 1))
-NOISES = Depends(lambda given: sized(matrices, given.plant.noises, given.turn.nrows(), given.plant.phases))
+GAINS = Depends(lambda values: sized(matrices, values.plant.order, values.plant.sensors, values.plant.phases))
+STORAGE = Depends(lambda values: sized(sequence, sized(symmetric, values.plant.order), values.plant.phases))
+RECURRENT = Depends(lambda values: sized(matrices, values.plant.B_d.ncols(), values.turn.nrows(), values.plant.phases))
+FINITE = Depends(lambda values: sized(matrices, values.plant.B_d.ncols(), 1))
+NOISES = Depends(lambda values: sized(matrices, values.plant.noises, values.turn.nrows(), values.plant.phases))
 """Of all disturbances and sensor noises together."""
 
 
 @on_sensors(
     "multirate.gain",
-    plant=Depends(lambda given: sized(read_sensing, given, "L")),
+    plant=Depends(lambda values: sized(read_sensing, values, "L")),
     witness={"P": STORAGE, "turn": square, "v": NOISES},
     says=(
         "gain",
@@ -126,8 +126,8 @@ def require_theorem_2(system: Sensing, P: list[fmpq_mat], Y: list[fmpq_mat], lev
     diagonal blocks are positive definite, so P_k > 0.
     """
     for k in range(system.phases):
-        driven, seen = system.open_loop(k)
-        whole = matrix_30(system, P, k, product(P[k], driven) - system.acting(k, Y[k]) * seen, level)
+        driven, output = system.open_loop(k)
+        whole = matrix_30(system, P, k, product(P[k], driven) - system.acting(k, Y[k]) * output, level)
         decide(Positive(whole, f"the matrix (30) of Theorem 2 at phase {k}"))
 
 
@@ -150,16 +150,16 @@ def require_lower(lower: fmpq, squared: fmpq) -> None:
 # Levels compared: where shorter periods have the larger optimum, and what Theorem 1 loses with one matrix.
 
 
-PERIODS = Depends(lambda given: sized(sequence, PERIOD, len(given.sensors)))
+PERIODS = Depends(lambda values: sized(sequence, PERIOD, len(values.sensors)))
 TWO: Table = {"sensors": CHOSEN["sensors"], "shorter": PERIODS, "longer": PERIODS}
 PHASES: Table = {name: reader for name, reader in CHOSEN.items() if name != "relative"}
 
 
-def read_both(value: Any, path: str, given: Any) -> list[Sensing]:
+def read_both(value: Any, path: str, values: Any) -> list[Sensing]:
     """A plant with the shorter periods and with the longer ones, all sensors at instant 0."""
     chosen = (
-        SimpleNamespace(sensors=given.sensors, periods=periods, offsets=[0] * len(periods))
-        for periods in (given.shorter, given.longer)
+        SimpleNamespace(sensors=values.sensors, periods=periods, offsets=[0] * len(periods))
+        for periods in (values.shorter, values.longer)
     )
     return [read_sensing(value, path, each) for each in chosen]
 
@@ -168,15 +168,15 @@ def read_both(value: Any, path: str, given: Any) -> list[Sensing]:
     "multirate.shorter-periods",
     source="okajima2023",
     parameters=TWO,
-    plant=Depends(lambda given: sized(read_both, given)),
+    plant=Depends(lambda values: sized(read_both, values)),
     witness={
         "level": positive,
-        "P": Depends(lambda given: sized(sequence, sized(symmetric, given.plant[1].order), given.plant[1].phases)),
+        "P": Depends(lambda values: sized(sequence, sized(symmetric, values.plant[1].order), values.plant[1].phases)),
         "Y": Depends(
-            lambda given: sized(matrices, given.plant[1].order, given.plant[1].sensors, given.plant[1].phases)
+            lambda values: sized(matrices, values.plant[1].order, values.plant[1].sensors, values.plant[1].phases)
         ),
         "start": integer,
-        "d": Depends(lambda given: sized(matrices, given.plant[0].B_d.ncols(), 1)),
+        "d": Depends(lambda values: sized(matrices, values.plant[0].B_d.ncols(), 1)),
     },
     holds=False,
     says=Says(
@@ -207,9 +207,9 @@ def shorter_periods(
     "multirate.one-matrix",
     source="okajima2023",
     parameters=PHASES,
-    plant=Depends(lambda given: sized(read_sensing, given, "L")),
+    plant=Depends(lambda values: sized(read_sensing, values, "L")),
     bound=LOWER,
-    witness={"Z": Depends(lambda given: sized(sequence, sized(symmetric, _width(given.plant)), given.plant.phases))},
+    witness={"Z": Depends(lambda values: sized(sequence, sized(symmetric, _width(values.plant)), values.plant.phases))},
     says="level of Theorem 1 with one P",
 )
 def one_matrix(plant: Sensing, lower: fmpq, Z: Matrices, **_: Any) -> None:

@@ -47,7 +47,7 @@ def all_cases(measured: Schedule, channels: Sequence[Sequence[int]], misses: Seq
     which the first channel that differs delivers comes first.
     """
     start = (0, (0,) * len(channels))
-    nodes, waiting, found = {start: 0}, deque([start]), list[Case]()
+    nodes, waiting, cases = {start: 0}, deque([start]), list[Case]()
     while waiting:
         phase, lost = node = waiting.popleft()
         options = []
@@ -58,14 +58,14 @@ def all_cases(measured: Schedule, channels: Sequence[Sequence[int]], misses: Seq
         # Two ways for each channel that may lose: as many cases as the product of them, before the first is made.
         count = prod(map(len, options))
         spend(count * PLACE, "the cases of the losses")
-        require(len(found) + count <= MOST_CASES, f"the losses make more than {MOST_CASES} cases")
+        require(len(cases) + count <= MOST_CASES, f"the losses make more than {MOST_CASES} cases")
         for choice in product(*options):
             after = ((phase + 1) % len(measured), tuple(count for count, _ in choice))
             if after not in nodes:
                 nodes[after] = len(nodes)
                 waiting.append(after)
-            found.append(Case(nodes[node], nodes[after], sorted(i for _, came in choice for i in came)))
-    return found
+            cases.append(Case(nodes[node], nodes[after], sorted(i for _, came in choice for i in came)))
+    return cases
 
 
 def read_lossy(value: Any, path: str, chosen: Any) -> Lossy:
@@ -80,33 +80,33 @@ def read_lossy(value: Any, path: str, chosen: Any) -> Lossy:
 LOST: Table = {
     **{name: CHOSEN[name] for name in ("sensors", "periods", "offsets")},
     "together": sized(integer, 0, 1),
-    "misses": Depends(lambda given: sized(sequence, integer, 1 if given.together else len(given.sensors))),
+    "misses": Depends(lambda values: sized(sequence, integer, 1 if values.together else len(values.sensors))),
 }
 """together: whether the samples of one instant travel in one packet; misses: most losses in a row, of each channel."""
 GAINS = Depends(
-    lambda given: sized(matrices, given.plant.system.order, given.plant.system.sensors, len(given.plant.cases))
+    lambda values: sized(matrices, values.plant.system.order, values.plant.system.sensors, len(values.plant.cases))
 )
-STORAGE = Depends(lambda given: sized(sequence, sized(symmetric, given.plant.system.order), len(given.at)))
-NOISES = Depends(lambda given: sized(matrices, given.plant.system.noises, given.turn.nrows(), len(given.word)))
+STORAGE = Depends(lambda values: sized(sequence, sized(symmetric, values.plant.system.order), len(values.at)))
+NOISES = Depends(lambda values: sized(matrices, values.plant.system.noises, values.turn.nrows(), len(values.word)))
 
 
 @statement(
     "multirate.gain-under-losses",
     parameters=LOST,
-    plant=Depends(lambda given: sized(read_lossy, given)),
+    plant=Depends(lambda values: sized(read_lossy, values)),
     bound=BOTH,
     holds=True,
     witness={
         "L": GAINS,
         "at": sized(several, integer),
-        "to": Depends(lambda given: sized(sequence, sized(sequence, integer), len(given.at))),
+        "to": Depends(lambda values: sized(sequence, sized(sequence, integer), len(values.at))),
         "P": STORAGE,
         "word": sized(several, integer),
         "turn": square,
         "v": NOISES,
     },
 )
-def gain_under_losses(plant: Lossy, lower: fmpq, upper: fmpq, L: Matrices, word: list[int], **given: Any) -> Found:
+def gain_under_losses(plant: Lossy, lower: fmpq, upper: fmpq, L: Matrices, word: list[int], **fields: Any) -> Found:
     """For {subject} and the periods {periods}, offsets {offsets} of the sensors {sensors} (counted from 0), and for
     losses of at most {misses} {sent} in a row, the error system of the gains in this certificate, one for each case,
     is stable in every pattern of losses, and its largest l2 gain over all patterns is between {lower:down} and
@@ -115,14 +115,14 @@ def gain_under_losses(plant: Lossy, lower: fmpq, upper: fmpq, L: Matrices, word:
     Storage functions on the nodes from above; from below a disturbance in a pattern that repeats.
     """
     steps = plant.system.error_system(L)
-    require_storage(plant, steps, given["at"], given["to"], given["P"], upper)
+    require_storage(plant, steps, fields["at"], fields["to"], fields["P"], upper)
     # All nodes are reached from the start, which takes nothing with the error at zero.
     require(all(i < len(plant.cases) for i in word), "witness.word has a case that is not there")
     walk = zip(word, [*word[1:], word[0]], strict=True)
     joined = all(plant.cases[i].after == plant.cases[j].before for i, j in walk)
     require(joined, "witness.word is no pattern that can repeat")
-    require_lower(lower, attained([steps[i] for i in word], plant.system.W, given["turn"], given["v"]))
-    return Found(words={"sent": "packets" if given["together"] else "samples of each sensor"})
+    require_lower(lower, attained([steps[i] for i in word], plant.system.W, fields["turn"], fields["v"]))
+    return Found(words={"sent": "packets" if fields["together"] else "samples of each sensor"})
 
 
 def require_storage(

@@ -34,13 +34,13 @@ from replication.verify.theorem import Found, require
 Plant = Mapping[str, Any]
 RECOVERED: Table = {
     **TIMES,
-    "diagonal": Depends(lambda given: sized(sequence, rational, square(given.plant["A"], "plant.A").nrows())),
+    "diagonal": Depends(lambda values: sized(sequence, rational, square(values.plant["A"], "plant.A").nrows())),
 }
 DESIGNED: Table = {
     **TIMES,
     "A": square,
-    "B_d": Depends(lambda given: sized(matrix, given.A.nrows())),
-    "D": Depends(lambda given: sized(matrix, len(given.plant["C"]))),
+    "B_d": Depends(lambda values: sized(matrix, values.A.nrows())),
+    "D": Depends(lambda values: sized(matrix, len(values.plant["C"]))),
 }
 RECOVERED_A, RECOVERED_PLANT, ANY_A = ("diagonal in steps",), ("plant found by search",), ("any entries of A",)
 """Readings of the paper: which of its matrices are found by search."""
@@ -65,8 +65,8 @@ on_recovered = partial(statement, source="okajima2023", plant=read_stated, param
     "multirate.recovered-poles",
     holds=True,
     says=tuple(
-        Says(quantity=one, setting=lambda given: {"diagonal": given["diagonal"]}, readings=RECOVERED_A)
-        for one in ("poles", "unstable plant")
+        Says(quantity=name, setting=lambda parameters: {"diagonal": parameters["diagonal"]}, readings=RECOVERED_A)
+        for name in ("poles", "unstable plant")
     ),
 )
 def poles(plant: Plant, diagonal: list[fmpq], **_: Any) -> Found:
@@ -75,9 +75,9 @@ def poles(plant: Plant, diagonal: list[fmpq], **_: Any) -> Found:
 
     Another diagonal may have these poles too.
     """
-    A, found = _recovered(plant, diagonal)
-    require_unstable(found)
-    parts = [part for root in found for part in ((root.real,) if root.imag == 0 else (root.real, root.imag))]
+    A, eigenvalues = _recovered(plant, diagonal)
+    require_unstable(eigenvalues)
+    parts = [part for root in eigenvalues for part in ((root.real,) if root.imag == 0 else (root.real, root.imag))]
     words = {"shown": _diagonal(A), "half": rational(plant["half_unit"], "plant.half_unit")}
     return Found(words=words, items=tuple(ends(part) for part in parts))
 
@@ -89,8 +89,8 @@ def same_setting(plant: Plant, periods: list[int], offsets: list[int], diagonal:
     """
     A, _ = _recovered(plant, diagonal)
     C = matrix(plant["C"], "plant.C")
-    found = roots(_error_polynomial(plant, schedule(periods, offsets), A, C))
-    outside = [abs(root) for root in found if abs(root) > 1]
+    eigenvalues = roots(_error_polynomial(plant, schedule(periods, offsets), A, C))
+    outside = [abs(root) for root in eigenvalues if abs(root) > 1]
     require(len(outside) > 0, "no pole of A_e is proved to be outside the unit circle")
     return Found(words={"shown": _diagonal(A), "sensors": _rows(C), "outside": outside})
 
@@ -116,7 +116,7 @@ def free_setting(plant: Plant, periods: list[int], offsets: list[int], A: fmpq_m
 @on_recovered(
     "multirate.recovered-error-poles",
     parameters={**RECOVERED, "C": matrix},
-    says=tuple(Says(quantity=one, readings=RECOVERED_PLANT) for one in ("error poles", "stable error system")),
+    says=tuple(Says(quantity=name, readings=RECOVERED_PLANT) for name in ("error poles", "stable error system")),
 )
 def error_poles(plant: Plant, periods: list[int], offsets: list[int], diagonal: list[fmpq], C: fmpq_mat) -> Found:
     """With the diagonal {shown} of A, one for which A has the poles stated in Sec. IV-C, and C = {sensors} the gains
@@ -141,24 +141,24 @@ def error_poles(plant: Plant, periods: list[int], offsets: list[int], diagonal: 
     parameters=DESIGNED,
     bound=UPPER,
     witness={
-        "P": Depends(lambda given: sized(sequence, sized(symmetric, given.A.nrows()), _phases(given))),
-        "Y": Depends(lambda given: sized(matrices, given.A.nrows(), len(given.plant["C"]), _phases(given))),
+        "P": Depends(lambda values: sized(sequence, sized(symmetric, values.A.nrows()), _phases(values))),
+        "Y": Depends(lambda values: sized(matrices, values.A.nrows(), len(values.plant["C"]), _phases(values))),
     },
     holds=True,
     says=(
         Says(quantity="design by Theorem 2", readings=ANY_A),
-        Says(quantity="unstable plant", setting=lambda given: {"A": given["A"]}, readings=ANY_A),
+        Says(quantity="unstable plant", setting=lambda parameters: {"A": parameters["A"]}, readings=ANY_A),
     ),
 )
-def design(plant: Plant, A: fmpq_mat, B_d: fmpq_mat, D: fmpq_mat, upper: fmpq, **given: Any) -> Found:
+def design(plant: Plant, A: fmpq_mat, B_d: fmpq_mat, D: fmpq_mat, upper: fmpq, **fields: Any) -> Found:
     """For the plant with A = {shown}, C = {sensors}, B_d = {disturbance} and D = {noise}, of which A has the poles
     stated in Sec. IV-C, one proved to lie outside the unit circle, Theorem 2 gives an observer that predicts one step
     with a gain of at most {upper:up}.
     """
     require_unstable(_stated_poles(plant, A))
     C = matrix(plant["C"], "plant.C")
-    system = select(A, B_d, identity(A.nrows()), C, D, schedule(given["periods"], given["offsets"]))
-    require_theorem_2(system, given["P"], given["Y"], upper)
+    system = select(A, B_d, identity(A.nrows()), C, D, schedule(fields["periods"], fields["offsets"]))
+    require_theorem_2(system, fields["P"], fields["Y"], upper)
     return Found(words={"shown": _rows(A), "sensors": _rows(C), "disturbance": _rows(B_d), "noise": _rows(D)})
 
 
@@ -167,8 +167,8 @@ def require_unstable(poles: list[acb]) -> None:
     require(any(abs(pole) > 1 for pole in poles), "no pole of A is proved to be outside the unit circle")
 
 
-def _phases(given: Any) -> int:
-    return len(schedule(given.periods, given.offsets))
+def _phases(values: Any) -> int:
+    return len(schedule(values.periods, values.offsets))
 
 
 def _diagonal(A: fmpq_mat) -> str:
@@ -196,13 +196,13 @@ def _stated_poles(plant: Plant, A: fmpq_mat) -> list[acb]:
     upper = [root for root in roots(characteristic_polynomial(A)) if not root.imag < 0]
     stated = matrix(plant["poles"], "plant.poles", columns=2).tolist()
     require(len(stated) == len(upper), f"{len(stated)} poles are stated, A has {len(upper)}, counting pairs once")
-    found = []
+    matches = []
     for re, im in stated:
         near = [root for root in upper if all(abs(part) <= half for part in (root.real - re, root.imag - im))]
         require(len(near) == 1, f"A has not the stated pole {re} + {im}i")
-        found.extend(near)
+        matches.extend(near)
         upper = [root for root in upper if root is not near[-1]]
-    return found
+    return matches
 
 
 def _error_polynomial(plant: Plant, measured: list[list[int]], A: fmpq_mat, C: fmpq_mat) -> fmpq_poly:

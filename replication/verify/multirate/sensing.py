@@ -61,8 +61,8 @@ class Sensing:
         """
         steps = []
         for k, L in enumerate(gains):
-            driven, seen = self.open_loop(k)
-            steps.append(driven - self.acting(k, L) * seen)
+            driven, output = self.open_loop(k)
+            steps.append(driven - self.acting(k, L) * output)
         return steps
 
     def open_loop(self, phase: int) -> tuple[fmpq_mat, fmpq_mat]:
@@ -91,12 +91,12 @@ class Sensing:
 PERIOD = sized(integer, 1)
 TIMES: Table = {
     "periods": sized(sequence, PERIOD),
-    "offsets": Depends(lambda given: sized(sequence, integer, len(given.periods))),
+    "offsets": Depends(lambda values: sized(sequence, integer, len(values.periods))),
 }
 """Of the sensors, in their order: sampled where (k - offset) mod period == 0."""
 CHOSEN: Table = {
     "sensors": sized(sequence, integer),
-    "periods": Depends(lambda given: sized(sequence, PERIOD, len(given.sensors))),
+    "periods": Depends(lambda values: sized(sequence, PERIOD, len(values.sensors))),
     "offsets": TIMES["offsets"],
     "relative": positive,
 }

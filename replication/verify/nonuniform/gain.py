@@ -203,7 +203,7 @@ def complex_vector(value: Any, path: str, size: int) -> acb_mat:
 ATTAINED: Table = {
     "pattern": read_pattern,
     "turn": rational,
-    "w": Depends(lambda given: sized(sequence, sized(complex_vector, given.plant.B.ncols()), len(given.pattern))),
+    "w": Depends(lambda values: sized(sequence, sized(complex_vector, values.plant.B.ncols()), len(values.pattern))),
 }
 """The witness of a gain: a motion, as `require_motion` takes it."""
 
@@ -228,9 +228,9 @@ def require_motion(plant: Plant, case: Case, level: fmpq, pattern: list[fmpq], t
         (len(pattern) + 30 * len(distinct) * len(cells)) * (states + inputs) ** 3 * BALL, "the motion under the pattern"
     )
     times = {share: system.seconds(system.along(*case.ends, share)) for share in distinct}
-    made = {share: case.filter.steps(plant, system.step_at(plant, h)) for share, h in times.items()}
+    moves = {share: case.filter.steps(plant, system.step_at(plant, h)) for share, h in times.items()}
     gains = [system.cell_of(cells, share) for share in (pattern[-1], *pattern[:-1])]
-    steps = [made[share][gain] for share, gain in zip(pattern, gains, strict=True)]
+    steps = [moves[share][gain] for share, gain in zip(pattern, gains, strict=True)]
     drives = [parts(vector.entries()) for vector in w]
     through, forced = arb_mat(identity(states)), arb_mat(states, 2)
     frame = arb_mat(block([[identity(states)], [zeros(inputs, states)]]))

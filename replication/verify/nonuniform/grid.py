@@ -83,9 +83,9 @@ def small_gain(A: fmpq_mat, Phi: arb_mat, alpha: Alpha) -> arb:
     Above: P > 0 with [P - (A Phi)'(A Phi), 0; 0, g^2 I] - [Phi, I]'P[Phi, I] > 0 (bounded real lemma). Below: the
     response to a rational direction at a point of the unit circle.
     """
-    path, one = alpha.response.path, arb_mat(identity(A.nrows()))
+    path, unit = alpha.response.path, arb_mat(identity(A.nrows()))
     decide(Positive(alpha.P, f"{path}.P"))
-    room = bounded_real(arb_mat(alpha.P), Phi, one, arb_mat(A) * Phi, one * arb(alpha.upper**2))
+    room = bounded_real(arb_mat(alpha.P), Phi, unit, arb_mat(A) * Phi, unit * arb(alpha.upper**2))
     decide(Positive(room, f"{path}: the bounded real lemma at {alpha.upper}"))
     require_response(A, Phi, alpha.lower, alpha.response)
     return between(alpha.lower, alpha.upper)
@@ -125,8 +125,8 @@ def run_algorithm(plant: Plant, passes: list[list[Alpha]]) -> tuple[list[arb], l
     below, above = logarithmic_norm(-plant.A), logarithmic_norm(plant.A)
     new, intervals, elements = [(start + stop) / 2], list[Interval](), list[arb]()
     for count, witnesses in enumerate(passes):
-        given = len(witnesses)
-        require(given == len(new), f"witness.passes[{count}] must have {len(new)} elements, got {given}")
+        number = len(witnesses)
+        require(number == len(new), f"witness.passes[{count}] must have {len(new)} elements, got {number}")
         for h, alpha in zip(new, witnesses, strict=True):
             intervals.append(covered(h, below, above, above, small_gain(plant.A, state_transition(plant, h), alpha)))
         elements += new
@@ -146,15 +146,15 @@ def gaps(intervals: list[Interval], start: arb, stop: arb) -> list[tuple[arb, ar
     """The parts of [start, stop] that no interval covers: (L_j, U_j) of step 4. Each interval holds a point of it."""
     ordered = sorted(intervals, key=lambda interval: float(interval.lower.mid()))
     require(all(before(a.lower, b.lower) for a, b in pairwise(ordered)), "the intervals are not in order")
-    found, reached = [], start
+    pieces, reached = [], start
     for interval in ordered:
         if before(reached, interval.lower):
-            found.append((reached, interval.lower))
+            pieces.append((reached, interval.lower))
         if before(reached, interval.upper):
             reached = interval.upper
     if before(reached, stop):
-        found.append((reached, stop))
-    return found
+        pieces.append((reached, stop))
+    return pieces
 
 
 def before(first: arb, second: arb) -> bool:
@@ -181,7 +181,7 @@ def require_radius(A: fmpq_mat, theta: arb, lower: fmpq, direction: fmpq_mat) ->
 # Statements on (9), on Algorithm 1, and on what solves (6) on its grid.
 
 
-PASSES = {"passes": Depends(lambda given: sized(sequence, sized(sequence, sized(read_alpha, given.plant.order))))}
+PASSES = {"passes": Depends(lambda values: sized(sequence, sized(sequence, sized(read_alpha, values.plant.order))))}
 
 
 @on_plant("nonuniform.upper-end", holds=True, says="sharp upper end (9)")
@@ -202,8 +202,8 @@ def upper_end(plant: Plant) -> Found:
         return Found(words={"printed": printed})
     decide(Below(above, 0, "neither U3 nor its misprint is decided by these signs"))
     Phi = state_transition(plant, seconds(plant.middle))
-    one = arb_mat(identity(plant.order))
-    at_one = arb_mat(plant.A) * Phi * solved(one - Phi, one, "I - Phi is not proved invertible")
+    unit = arb_mat(identity(plant.order))
+    at_one = arb_mat(plant.A) * Phi * solved(unit - Phi, unit, "I - Phi is not proved invertible")
     # The squared entries of a matrix of order n add up to at most n times its squared norm.
     least = energy(at_one) / plant.order
     require(before(-above, least.sqrt()), "case U3 is not met")
@@ -223,7 +223,7 @@ def lower_end(plant: Plant) -> None:
     witness=PASSES,
     says=(
         Says(quantity="elements of the grid", readings=("bound (9)",)),
-        Says(quantity="Algorithm 1 ends", readings=("grid by (9), corrected",), found=lambda given: Found(holds=True)),
+        Says(quantity="Algorithm 1 ends", readings=("grid by (9), corrected",), found=lambda values: Found(holds=True)),
     ),
 )
 def grid_size(plant: Plant, lower: fmpq, upper: fmpq, passes: list[list[Alpha]]) -> Found:
@@ -249,7 +249,7 @@ def one_interval(plant: Plant, passes: list[list[Alpha]]) -> Found:
 
 @on_plant(
     "nonuniform.stalls",
-    witness=Depends(lambda given: sized(read_alpha, given.plant.order)),
+    witness=Depends(lambda values: sized(read_alpha, values.plant.order)),
     holds=False,
     says=Says(quantity="Algorithm 1 ends", readings=("no set-minus", "set-minus")),
 )
@@ -280,12 +280,12 @@ def stalls(plant: Plant, witness: Alpha) -> Found:
     witness={
         "cell": integer,
         "alpha": positive,
-        "response": Depends(lambda given: sized(read_response, given.plant.order)),
+        "response": Depends(lambda values: sized(read_response, values.plant.order)),
         "radius": positive,
-        "direction": Depends(lambda given: sized(matrix, given.plant.order, 1)),
-        "filter": Depends(lambda given: sized(read_filter, given.plant)),
+        "direction": Depends(lambda values: sized(matrix, values.plant.order, 1)),
+        "filter": Depends(lambda values: sized(read_filter, values.plant)),
         "level": positive,
-        "storage": Depends(lambda given: sized(gain.read_storage, given.plant.order + given.filter.A.nrows())),
+        "storage": Depends(lambda values: sized(gain.read_storage, values.plant.order + values.filter.A.nrows())),
     },
     holds=True,
     says=Says(quantity="conservative level", readings=("(13) reconstructed",)),
@@ -319,8 +319,8 @@ def same_level(plant: Plant, cells: int, cell: int, alpha: fmpq, radius: fmpq, l
     witness={
         **PASSES,
         "level": positive,
-        "filter": Depends(lambda given: sized(read_filter, given.plant)),
-        "P": Depends(lambda given: sized(symmetric, given.plant.order + given.filter.A.nrows())),
+        "filter": Depends(lambda values: sized(read_filter, values.plant)),
+        "P": Depends(lambda values: sized(symmetric, values.plant.order + values.filter.A.nrows())),
         **ATTAINED,
     },
     holds=False,

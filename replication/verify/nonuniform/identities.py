@@ -69,8 +69,8 @@ def loop_map(plant: Plant) -> Found:
     """
     W, R, B_1, C_1, Delta, B, C, D, v, w, eta = letters("W", "R", "B_1", "C_1", "Delta", "B", "C", "D", "v", "w", "eta")
     residual = W @ v - B_1 @ Delta @ (C_1 @ v + D @ w) - B @ w
-    there = (W - B_1 @ Delta @ C_1) @ v - (B + B_1 @ Delta @ D) @ w
-    decide(Identity(residual, there, "the loop (7)"))
+    expected = (W - B_1 @ Delta @ C_1) @ v - (B + B_1 @ Delta @ D) @ w
+    decide(Identity(residual, expected, "the loop (7)"))
     S_11, S_12, S_21, S_22 = C_1 @ R @ B_1, D + C_1 @ R @ B, C @ R @ B_1, C @ R @ B
     reached = R @ (B_1 @ Delta @ eta + B @ w)
     decide(Identity(eta - C_1 @ reached - D @ w, eta - S_11 @ Delta @ eta - S_12 @ w, "the equation of eta"))

@@ -115,7 +115,7 @@ OF_ANY = Says(quantity=LEAST, estimators=(EVERY,), setting=_range, readings=_rea
 AT_PERIOD = Says(
     quantity=LEAST,
     estimators=(EVERY,),
-    setting=lambda given: {"from": given["period"], "to": given["period"]},
+    setting=lambda parameters: {"from": parameters["period"], "to": parameters["period"]},
     readings=AT_ONE_PERIOD,
 )
 WITHIN_RANGE = Says(
@@ -126,10 +126,10 @@ WITHIN_RANGE = Says(
 )
 """A constant period is one of the sequences: a lower bound there is one over the range, whatever the norms count."""
 
-CASE = Depends(lambda given: sized(system.read_case, given.plant))
-LEVEL = Depends(lambda given: partial(system.read_case, plant=given.plant, level=positive))
+CASE = Depends(lambda values: sized(system.read_case, values.plant))
+LEVEL = Depends(lambda values: partial(system.read_case, plant=values.plant, level=positive))
 STORED = {
-    "storage": Depends(lambda given: sized(gain.read_storage, given.plant.order + given.parameters.filter.A.nrows()))
+    "storage": Depends(lambda values: sized(gain.read_storage, values.plant.order + values.parameters.filter.A.nrows()))
 }
 
 
@@ -166,8 +166,8 @@ def breaks_level(plant: Plant, parameters: Case, lower: fmpq, **motion: Any) -> 
     parameters=SCOPE,
     bound=UPPER,
     witness={
-        "filter": Depends(lambda given: sized(system.read_filter, given.plant)),
-        "storage": Depends(lambda given: sized(gain.read_storage, given.plant.order + given.filter.A.nrows())),
+        "filter": Depends(lambda values: sized(system.read_filter, values.plant)),
+        "storage": Depends(lambda values: sized(gain.read_storage, values.plant.order + values.filter.A.nrows())),
     },
     says=OF_ANY,
 )
@@ -255,10 +255,10 @@ def read_stamped(value: Any, path: str, plant: Plant) -> Stamped:
     """Cells that cover the range exactly, and G (n + m, r) for each."""
     edges, gains = fields(value, path, "cells", "G")
     cells = gain.read_cells(edges, f"{path}.cells")
-    seen = block([[plant.C, plant.D]])
-    size = seen.ncols()
-    G = matrices(gains, f"{path}.G", size, seen.nrows(), len(cells) - 1)
-    return Stamped(cells, [identity(size) - product(one, seen) for one in G])
+    output = block([[plant.C, plant.D]])
+    size = output.ncols()
+    G = matrices(gains, f"{path}.G", size, output.nrows(), len(cells) - 1)
+    return Stamped(cells, [identity(size) - product(G_i, output) for G_i in G])
 
 
 def in_coordinates(plant: Plant, filter_: Stamped, T: fmpq_mat) -> tuple[Plant, Stamped]:
@@ -276,15 +276,15 @@ def in_coordinates(plant: Plant, filter_: Stamped, T: fmpq_mat) -> tuple[Plant, 
     source="",
     bound=BOTH,
     witness={
-        "filter": Depends(lambda given: sized(read_stamped, given.plant)),
-        "T": Depends(lambda given: sized(square, given.plant.order)),
-        "storage": Depends(lambda given: sized(gain.read_storage, given.plant.order, given.filter.cells)),
+        "filter": Depends(lambda values: sized(read_stamped, values.plant)),
+        "T": Depends(lambda values: sized(square, values.plant.order)),
+        "storage": Depends(lambda values: sized(gain.read_storage, values.plant.order, values.filter.cells)),
         **ATTAINED,
     },
     says=Says(
         quantity="least gain over sequences",
         estimators=("filters with time stamps",),
-        found=lambda given: Found(upper=given["upper"]),
+        found=lambda values: Found(upper=values["upper"]),
     ),
 )
 def stamped_gain(

@@ -71,15 +71,15 @@ def breaks_condition(plant: Plant, period: str) -> Found:
     decide(Hurwitz(plant.A, "the plant"))
     changed = plant.period(period)
     h_0, h = seconds(plant.middle), seconds(changed)
-    found = [modal(a, h_0, h) for a in eigenvalues(plant.A)]
-    reached = [size for size in found if holds(Below(1, size, "one"))]
-    require(reached != [], f"the eigenvalues give {found[0].str(5)} and {found[1].str(5)} there, not more than one")
+    moduli = [modal(a, h_0, h) for a in eigenvalues(plant.A)]
+    reached = [size for size in moduli if holds(Below(1, size, "one"))]
+    require(reached != [], f"the eigenvalues give {moduli[0].str(5)} and {moduli[1].str(5)} there, not more than one")
     return Found(words={"period": in_words(changed), "least": reached[0]})
 
 
 @on_plant(
     "nonuniform.meets-condition-8",
-    witness={"P": Depends(lambda given: sized(sequence, sized(symmetric, given.plant.order)))},
+    witness={"P": Depends(lambda values: sized(sequence, sized(symmetric, values.plant.order)))},
     holds=True,
     says=CONDITION,
 )
@@ -108,15 +108,15 @@ def meets_condition(plant: Plant, P: list[fmpq_mat]) -> Found:
 
 def _fails(plant: Plant, P: fmpq_mat) -> Fails:
     """The bounded real lemma for T at the level one, C = A Phi, and the changes to all periods between two shares."""
-    n, middle, one = plant.order, seconds(plant.middle), identity(plant.order)
+    n, middle, unit = plant.order, seconds(plant.middle), identity(plant.order)
     Phi = hold(plant.A, plant.B, middle)[0]
     decide(Positive(arb_mat(P), "witness.P"))
 
     def fails(a: fmpq, b: fmpq, transitions: list[Pair]) -> list[Pair]:
         spend(30 * n**3 * BALL, "condition (8)")
         h = seconds(plant.along(a)).union(seconds(plant.along(b)))
-        D = hold(plant.A, one, h - middle)[1]
-        room = bounded_real(arb_mat(P), Phi, D, arb_mat(plant.A) * Phi, arb_mat(one))
+        D = hold(plant.A, unit, h - middle)[1]
+        room = bounded_real(arb_mat(P), Phi, D, arb_mat(plant.A) * Phi, arb_mat(unit))
         return [] if holds(Positive(room, "the bounded real lemma")) else transitions
 
     return fails
@@ -148,9 +148,9 @@ def read_point(value: Any, path: str) -> Point:
 
 def read_points(value: Any, path: str, count: int) -> list[list[Point]]:
     """The points of the half-space of each entry, `count` of them."""
-    found = sequence(value, path, sized(sequence, read_point), count)
-    require(sum(map(len, found)) <= MAX_ENTRIES, f"{path} has more than {MAX_ENTRIES} points")
-    return found
+    points = sequence(value, path, sized(sequence, read_point), count)
+    require(sum(map(len, points)) <= MAX_ENTRIES, f"{path} has more than {MAX_ENTRIES} points")
+    return points
 
 
 def _setting(parameters: Mapping[str, Any]) -> dict[str, Any]:
@@ -159,7 +159,7 @@ def _setting(parameters: Mapping[str, Any]) -> dict[str, Any]:
     return {"level": str(Decimal(level.numerator) / level.denominator)}
 
 
-POINTS = Depends(lambda given: sized(read_points, given.plant.order))
+POINTS = Depends(lambda values: sized(read_points, values.plant.order))
 
 
 @on_filtered(

@@ -180,8 +180,8 @@ SCOPE = {"from": PERIOD, "to": PERIOD, "weight": WEIGHT}
 def read_case(value: Any, path: str, plant: Plant, **more: Any) -> Case:
     """Range, weight and what is asked for beside: the filter stands with the plant if it is printed, else here."""
     filter_ = {} if plant.filter else {"filter": sized(read_filter, plant)}
-    given = {"level": fmpq(0), "filter": plant.filter, **record(value, path, {**SCOPE, **more, **filter_})}
-    return Case(ends=ends_between(plant, given.pop("from"), given.pop("to")), **given)
+    values = {"level": fmpq(0), "filter": plant.filter, **record(value, path, {**SCOPE, **more, **filter_})}
+    return Case(ends=ends_between(plant, values.pop("from"), values.pop("to")), **values)
 
 
 def seconds(time: Time) -> arb:

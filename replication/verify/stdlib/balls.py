@@ -50,10 +50,10 @@ class Ring:
         return type(self)(other) / self  # type: ignore[call-arg, operator, no-any-return]
 
     def __pow__(self, power: int) -> Self:
-        made: Any = self if power else self * 0 + 1  # type: ignore[operator]
+        product: Any = self if power else self * 0 + 1  # type: ignore[operator]
         for _ in range(power - 1):
-            made = made * self
-        return made  # type: ignore[no-any-return]
+            product = product * self
+        return product  # type: ignore[no-any-return]
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -252,8 +252,8 @@ class arb(Ring):
                 total, power, order = total + term, power // over**2, order + 2
             return ball(total.m, total.r + 2)
 
-        one, other = arctan(5), arctan(239)
-        return ball(16 * one.m - 4 * other.m, 16 * one.r + 4 * other.r)
+        first, second = arctan(5), arctan(239)
+        return ball(16 * first.m - 4 * second.m, 16 * first.r + 4 * second.r)
 
     def __float__(self) -> float:
         return self.m / ONE
@@ -280,9 +280,9 @@ class arb(Ring):
 
 def ball(m: int, r: int) -> arb:
     """The ball of all numbers from (m - r)/2^BITS to (m + r)/2^BITS."""
-    made = arb.__new__(arb)
-    made.m, made.r = m, r
-    return made
+    instance = arb.__new__(arb)
+    instance.m, instance.r = m, r
+    return instance
 
 
 def _logarithm(x: arb) -> arb:

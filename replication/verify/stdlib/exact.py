@@ -62,11 +62,11 @@ class Polynomial(Ring):
         if not isinstance(other, (Polynomial, fmpq, int, arb, acb)):
             return NotImplemented
         b = self._other(other)
-        made = [self.field(0)] * (len(self.terms) + len(b))
+        terms = [self.field(0)] * (len(self.terms) + len(b))
         for i, x in enumerate(self.terms):
             for j, y in enumerate(b):
-                made[i + j] = made[i + j] + x * y
-        return type(self)(made)
+                terms[i + j] = terms[i + j] + x * y
+        return type(self)(terms)
 
     def __eq__(self, other: object) -> bool:
         return self.terms == type(self)(self._other(other)).terms
@@ -79,13 +79,13 @@ class fmpq_poly(Polynomial):
 
     def divided(self, other: fmpq_poly) -> tuple[fmpq_poly, fmpq_poly]:
         """Quotient and remainder."""
-        rest, found = [*self.terms], []
+        rest, quotient = [*self.terms], []
         for shift in range(len(rest) - len(other.terms), -1, -1):
             factor = rest[shift + other.degree()] / other.terms[-1]
-            found.append(factor)
+            quotient.append(factor)
             for i, c in enumerate(other.terms):
                 rest[shift + i] = rest[shift + i] - factor * c
-        return fmpq_poly(found[::-1]), fmpq_poly(rest)
+        return fmpq_poly(quotient[::-1]), fmpq_poly(rest)
 
     def common(self, other: fmpq_poly) -> fmpq_poly:
         """The greatest common divisor, with the leading coefficient one (Euclid)."""
@@ -99,16 +99,16 @@ class fmpq_poly(Polynomial):
 
         The factors of the multiplicities 1, 2, .. are common divisors of the polynomial and its derivatives (Yun).
         """
-        found, multiplicity = [], 0
+        roots, multiplicity = [], 0
         whole = self.common(self.derivative()) if self.degree() > 0 else self
         left = self.divided(whole)[0]
         while left.degree() > 0:
             multiplicity += 1
             common = left.common(whole)
-            found += [(root, multiplicity) for root in _simple_roots(left.divided(common)[0])]
+            roots += [(root, multiplicity) for root in _simple_roots(left.divided(common)[0])]
             left, whole = common, whole.divided(common)[0]
-        _require_apart([root for root, _ in found])
-        return sorted(found, key=lambda each: _place(each[0]))
+        _require_apart([root for root, _ in roots])
+        return sorted(roots, key=lambda each: _place(each[0]))
 
 
 def _place(root: acb) -> tuple[bool, float, float]:
@@ -116,9 +116,9 @@ def _place(root: acb) -> tuple[bool, float, float]:
 
 
 def _require_apart(discs: Sequence[acb]) -> None:
-    for i, one in enumerate(discs):
-        for other in discs[:i]:
-            if (one.real - other.real).contains(0) and (one.imag - other.imag).contains(0):
+    for i, first in enumerate(discs):
+        for second in discs[:i]:
+            if (first.real - second.real).contains(0) and (first.imag - second.imag).contains(0):
                 raise Refused("the roots of a polynomial are not told apart")
 
 
@@ -132,16 +132,16 @@ def _simple_roots(polynomial: fmpq_poly) -> list[acb]:
     if n < 1:
         return []
     monic = fmpq_poly([c / polynomial.terms[-1] for c in polynomial.terms])
-    slope, found = monic.derivative(), []
+    slope, discs = monic.derivative(), []
     for z in _guesses(monic):
         rate = slope(z)
         if rate.contains(0):
             raise Refused("the roots of a polynomial are not told apart")
         far = (abs(monic(z) / rate) * n).upper()
         real = abs(z.imag) <= far
-        found.append(acb(arb(z.real, far + abs(z.imag)), arb(0)) if real else acb(arb(z.real, far), arb(z.imag, far)))
-    _require_apart(found)
-    return found
+        discs.append(acb(arb(z.real, far + abs(z.imag)), arb(0)) if real else acb(arb(z.real, far), arb(z.imag, far)))
+    _require_apart(discs)
+    return discs
 
 
 def _guesses(monic: fmpq_poly) -> list[acb]:
@@ -235,13 +235,13 @@ class Matrix(Ring):
         n = self.nrows()
         if n != self.columns:
             raise ValueError("only a square matrix has a characteristic polynomial")
-        current = one = type(self)(n, n, [int(i == j) for i in range(n) for j in range(n)])
-        found = [self.polynomial.field(1)]
+        current = unit = type(self)(n, n, [int(i == j) for i in range(n) for j in range(n)])
+        coefficients = [self.polynomial.field(1)]
         for k in range(1, n + 1):
             current = self * current
-            found.append(-current.trace() / k)
-            current = current + one * found[-1]
-        return self.polynomial(found[::-1])
+            coefficients.append(-current.trace() / k)
+            current = current + unit * coefficients[-1]
+        return self.polynomial(coefficients[::-1])
 
     def det(self) -> Any:
         """The determinant: that of -M is the last coefficient of det(z I - M)."""
@@ -265,11 +265,11 @@ class fmpq_mat(Matrix):
     @classmethod
     def over(cls, rows: Rows, low: int, columns: int) -> fmpq_mat:
         """rows/low in lowest terms."""
-        made = cls.__new__(cls)
+        instance = cls.__new__(cls)
         common = low if low == 1 else gcd(low, *(entry for row in rows for entry in row))
-        made.rows = rows if common == 1 else [[entry // common for entry in row] for row in rows]
-        made.low, made.columns = low // common, columns
-        return made
+        instance.rows = rows if common == 1 else [[entry // common for entry in row] for row in rows]
+        instance.low, instance.columns = low // common, columns
+        return instance
 
     def __getitem__(self, place: tuple[int, int]) -> fmpq:
         return fmpq(self.rows[place[0]][place[1]], self.low)
@@ -325,8 +325,8 @@ class fmpq_mat(Matrix):
         if (size, size) != (self.columns, right.nrows()):
             raise ValueError("the shapes of an equation do not fit")
         table = [[*a, *b] for a, b in zip(self.rows, right.rows, strict=True)]
-        found, last, _ = eliminated(table, size, both=True)
-        if found < size:
+        rank, last, _ = eliminated(table, size, both=True)
+        if rank < size:
             raise ZeroDivisionError("the matrix has no inverse")
         # self/low X = right/low', and the table is now last times the identity beside the solution for integers.
         factor = self.low if last > 0 else -self.low

@@ -47,9 +47,9 @@ class _Matrix(Matrix):
 
     def like(self, rows: Rows, columns: int) -> Any:
         """These rows of enclosed entries, which are not looked at again, as a matrix."""
-        made = type(self).__new__(type(self))
-        made.rows, made.columns = rows, columns
-        return made
+        instance = type(self).__new__(type(self))
+        instance.rows, instance.columns = rows, columns
+        return instance
 
     def __getitem__(self, place: tuple[int, int]) -> Any:
         return self.rows[place[0]][place[1]]

@@ -77,7 +77,7 @@ class Equations:
         """Of the error covariance, forwards in time."""
         A, G = self.problem.sampled.state, self.problem.noise
         lost = self.problem.period * self.problem.state_weight / level**2
-        return stacked(RiccatiMap(A, seen - lost, G @ G.T) for _, seen in self.information)
+        return stacked(RiccatiMap(A, information - lost, G @ G.T) for _, information in self.information)
 
     def regulating(self, level: float) -> list[tuple[RiccatiMap, Array, Array]]:
         """Of the cost to go on (x, u before), for each instant; then R^-1 B' and the fixed part of what changes."""
@@ -85,19 +85,19 @@ class Equations:
         (n, m), Q, R = step.input.shape, p.period * p.state_weight, p.period * p.input_weight
         worst = np.zeros((n + m, n + m))
         worst[:n, :n] = p.noise @ p.noise.T / level**2
-        made = {}
+        stages = {}
         for S in p.changed():
-            kept = np.eye(m) - S
-            weight = S @ R @ S + kept
+            hold = np.eye(m) - S
+            weight = S @ R @ S + hold
             fixed = np.zeros((m, n + m))
-            fixed[:, n:] = -np.linalg.solve(weight, S @ R @ kept)
+            fixed[:, n:] = -np.linalg.solve(weight, S @ R @ hold)
             drive = np.vstack([step.input @ S, S])
-            free = np.block([[step.state, step.input @ kept], [np.zeros((m, n)), kept]]) + drive @ fixed
-            cost = block_diagonal([Q, kept @ R @ kept])
+            free = np.block([[step.state, step.input @ hold], [np.zeros((m, n)), hold]]) + drive @ fixed
+            cost = block_diagonal([Q, hold @ R @ hold])
             cost[n:, n:] -= fixed[:, n:].T @ weight @ fixed[:, n:]
             moves = np.asarray(np.linalg.solve(weight, drive.T), dtype=float)
-            made[S.tobytes()] = (RiccatiMap(free.T, drive @ moves - worst, cost), moves, fixed)
-        return [made[S.tobytes()] for S in p.changed()]
+            stages[S.tobytes()] = (RiccatiMap(free.T, drive @ moves - worst, cost), moves, fixed)
+        return [stages[S.tobytes()] for S in p.changed()]
 
     def margin(self, level: float) -> float:
         """How far the conditions of the level are met; some controller keeps the level iff it is positive."""
@@ -279,8 +279,8 @@ def _stage(problem: SlowProblem, transition: Array, read: Array, due: list[int],
     drive = np.zeros((size, n))
     drive[:n] = problem.noise
     noise = np.hstack([drive, read @ root(problem.sensor_noise[np.ix_(due, due)])])
-    seen = np.hstack([root(problem.state_weight).T, np.zeros((n, size - n))])
-    z = np.sqrt(problem.period) * np.vstack([seen, root(problem.input_weight).T @ u])
+    rows = np.hstack([root(problem.state_weight).T, np.zeros((n, size - n))])
+    z = np.sqrt(problem.period) * np.vstack([rows, root(problem.input_weight).T @ u])
     return Stage(transition, noise, z, np.zeros((len(z), noise.shape[1])))
 
 
@@ -372,18 +372,18 @@ def limit(problem: SlowProblem) -> float | None:
     if problem.loads:
         return None
     A, B = problem.sampled.state, problem.sampled.input
-    seen = np.sqrt(problem.period) * root(problem.state_weight).T
+    output = np.sqrt(problem.period) * root(problem.state_weight).T
     effort = np.sqrt(problem.period) * root(problem.input_weight)
     sensors, always = problem.sensors, SensingSchedule((1,) * B.shape[1])
-    sensor = MultiratePlant(A=A, B_d=problem.noise, C=problem.plant.C, D=root(problem.sensor_noise), W=seen)
-    dual = MultiratePlant(A=A.T, B_d=seen.T, C=B.T, D=effort, W=problem.noise.T)
-    found = []
+    sensor = MultiratePlant(A=A, B_d=problem.noise, C=problem.plant.C, D=root(problem.sensor_noise), W=output)
+    dual = MultiratePlant(A=A.T, B_d=output.T, C=B.T, D=effort, W=problem.noise.T)
+    limits = []
     for plant, schedule in ((sensor, sensors), (dual, always)):
         try:
-            found.append(noncausal_bound(MultirateProblem(plant, schedule)).lower)
+            limits.append(noncausal_bound(MultirateProblem(plant, schedule)).lower)
         except (InvalidInputError, SolverError):
             continue
-    return max(found, default=None)
+    return max(limits, default=None)
 
 
 def of_continuous_gains(problem: SlowProblem, observer: str) -> float | None:

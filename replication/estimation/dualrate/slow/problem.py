@@ -176,12 +176,12 @@ def in_natural_units(problem: SlowProblem) -> tuple[SlowProblem, Array, Array]:
 
 def _schedule(name: str, value: Any, count: int, what: str) -> SensingSchedule:
     """One ratio for all, or one for each."""
-    given = [value] * count if np.ndim(value) == 0 else list(value)
-    if len(given) == 1:
-        given = given * count
-    if len(given) != count:
+    entries = [value] * count if np.ndim(value) == 0 else list(value)
+    if len(entries) == 1:
+        entries = entries * count
+    if len(entries) != count:
         raise InvalidInputError(f"{name} must be one number, or one for each of the {count} {what}s, got {value!r}")
-    ratios = tuple(positive_integer(f"{name}[{i}]" if np.ndim(value) else name, M) for i, M in enumerate(given))
+    ratios = tuple(positive_integer(f"{name}[{i}]" if np.ndim(value) else name, M) for i, M in enumerate(entries))
     if (largest := max(ratios)) > MAX_RATIO:
         raise InvalidInputError(f"{name} must be at most {MAX_RATIO}, got {largest}; choose a longer fast period T")
     return SensingSchedule(ratios)

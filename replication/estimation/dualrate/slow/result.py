@@ -70,9 +70,9 @@ class RunningController(PeriodicObserver):
             transition, readout = np.zeros((size, size)), np.eye(n + m, size)
             transition[: n + m] = np.hstack([step.state[n:, n:], step.drive[n:]])
             readout[n:] = np.hstack([step.input[:, n:], step.ahead])
-            given, injection = np.eye(size)[:, n + m :], np.zeros((size, p))
+            drive, injection = np.eye(size)[:, n + m :], np.zeros((size, p))
             injection[:n] = controller.L[len(phases)]
-            phases.append(Phase(transition, given, injection, readout, due))
+            phases.append(Phase(transition, drive, injection, readout, due))
         self._count = m
         output = np.hstack([problem.plant.C, np.zeros((p, m))])
         super().__init__(phases, [output @ phase.readout for phase in phases])
@@ -169,8 +169,8 @@ class SlowRateResult(Design, Traded):
             Its `command` is u at the present instant; `step(None, y)` takes the readings and goes on, `step(r, y)` the
             set-points of the tracked outputs too. It has a C form.
         """
-        made = RunningController(self.problem, self.controller)
-        return made.named(replace(self.signals, inputs=self._references()))
+        observer = RunningController(self.problem, self.controller)
+        return observer.named(replace(self.signals, inputs=self._references()))
 
     def _references(self) -> tuple[str, ...]:
         steady = self.problem.steady
@@ -234,10 +234,10 @@ def slow_design(
         mean, rest = root_mean_square(problem, loop), problem.steady
         continuous: tuple[Evidence, ...] = ()
         if not (problem.loads or problem.actuators.period > 1 or len(set(problem.sensors.periods)) > 1):
-            other = of_continuous_gains(problem, observer)
+            continuous_level = of_continuous_gains(problem, observer)
             how = f"K and L designed in continuous time, observer {observer}; same measure"
-            found = "infinite: unstable" if other is None else other
-            continuous = (Evidence("level of the continuous gains", found, how),)
+            value = "infinite: unstable" if continuous_level is None else continuous_level
+            continuous = (Evidence("level of the continuous gains", value, how),)
         return (
             Evidence("goal", str(goal), GOALS[goal]),
             Evidence("monodromy radius", loop.spectral_radius(), "largest eigenvalue over one period; stable below 1"),

@@ -42,16 +42,16 @@ def beside(
     sequence, too, so that it is at least what the filter has there.
     """
     nodes = periods.nodes(COMPARED if periods.h_l < periods.h_u else 1).tolist()
-    own, filters = float(max(gains_at(plant, [filter_] * len(nodes), nodes))), kalman_filters(plant, nodes)
+    gain, filters = float(max(gains_at(plant, [filter_] * len(nodes), nodes))), kalman_filters(plant, nodes)
     kalman = float(max(gains_at(plant, filters, nodes))) if filters else None
     how = f"largest of {len(nodes)} constant periods"
-    level = Bracket(min(max(ends[0], own), ends[1]), ends[1], "")
-    facts = [Evidence("level at constant periods", own, f"this filter; {how}")]
+    level = Bracket(min(max(ends[0], gain), ends[1]), ends[1], "")
+    facts = [Evidence("level at constant periods", gain, f"this filter; {how}")]
     limit = max(smoother_limit(plant, h) for h in nodes)
     without = without_sensors(plant, periods, level.upper, horizon)
     facts += baselines(level, "all sampling sequences", without=without, kalman=kalman, limit=limit, others=how)
-    if not isinstance(filter_, StampedFilter) and kalman is not None and kalman < own / KNOWN:
-        advice = f"Kalman filters that know the period have {kalman / own:.2g} times this level"
+    if not isinstance(filter_, StampedFilter) and kalman is not None and kalman < gain / KNOWN:
+        advice = f"Kalman filters that know the period have {kalman / gain:.2g} times this level"
         facts.append(
             Evidence("advice", advice, "if each sample has a time stamp, use `design_stamped`, which takes it")
         )

@@ -82,7 +82,7 @@ def cell_needs(
     edges = np.linspace(*ends, _pieces(system, ends) + 1)
     most = max(MAX_HALVED, 4 * (len(edges) - 1))
     start, stop = edges[:-1], edges[1:]
-    done, where = np.full(len(P), -np.inf), np.full(len(P), ends[0])
+    largest, where = np.full(len(P), -np.inf), np.full(len(P), ends[0])
     for halving in range(HALVINGS + 1):
         hull = enclose(system.plant, start, stop)
         needs = _needed(system, P, P_next, hull)
@@ -90,27 +90,27 @@ def cell_needs(
         if np.sum(halve) > most:
             halve[:] = False
         if not np.all(halve):
-            kept = needs[:, ~halve].reshape(len(P), -1)
-            place = np.argmax(kept, axis=1)
-            top = kept[np.arange(len(P)), place]
-            where = np.where(top > done, hull.periods[~halve].ravel()[place], where)
-            done = np.maximum(done, top)
+            leaves = needs[:, ~halve].reshape(len(P), -1)
+            place = np.argmax(leaves, axis=1)
+            top = leaves[np.arange(len(P)), place]
+            where = np.where(top > largest, hull.periods[~halve].ravel()[place], where)
+            largest = np.maximum(largest, top)
         if not np.any(halve):
-            return done, where
+            return largest, where
         middle = (start[halve] + stop[halve]) / 2
         start, stop = np.concatenate([start[halve], middle]), np.concatenate([middle, stop[halve]])
-    return done, where
+    return largest, where
 
 
 def _pieces(system: ErrorSystem, ends: tuple[float, float]) -> int:
     """Pieces of the cell at the start; raises InvalidInputError if they would be too many."""
-    wanted = float(np.linalg.norm(system.plant.generator(), 2)) * (ends[1] - ends[0])
-    if wanted > MAX_PIECES:
+    ratio = float(np.linalg.norm(system.plant.generator(), 2)) * (ends[1] - ends[0])
+    if ratio > MAX_PIECES:
         raise InvalidInputError(
-            f"periods from {ends[0]:.6g} to {ends[1]:.6g} s are {wanted:.3g} times the fastest time constant apart, "
+            f"periods from {ends[0]:.6g} to {ends[1]:.6g} s are {ratio:.3g} times the fastest time constant apart, "
             f"more than {MAX_PIECES}: narrow the range, or cut it"
         )
-    return max(PIECES, int(np.ceil(wanted)))
+    return max(PIECES, int(np.ceil(ratio)))
 
 
 def _needed(system: ErrorSystem, P: Array, P_next: Array, hull: Enclosure) -> Array:
@@ -258,7 +258,7 @@ def guaranteed_level(
     samples, tree = Samples(edges), ContextTree.one_step(len(edges) - 1)
     exchanges = 0
     while True:
-        seen = samples
+        previous = samples
         try:
             solution, samples, proof = _solve_until_proved(system, samples, tree, exchanges)
         except SolverError:
@@ -270,7 +270,7 @@ def guaranteed_level(
         longer = tree.split([tree.leaves[i] for i in np.argsort(-solution.flux, kind="stable")[:count]])
         if len(longer.leaves) <= limit:
             tree = longer
-        elif exchanges == 0 and samples is not seen:
+        elif exchanges == 0 and samples is not previous:
             # Samples that were found missing are kept, so that only the last tree is solved more than once.
             exchanges = EXCHANGES
         else:
@@ -299,18 +299,18 @@ def _common(natural: ErrorSystem, periods: PeriodRange) -> Guarantee:
         # A solver that ends early has then done enough, and what is proved does not depend on its word.
         for _ in range(ROUNDS):
             solution, samples, proof = _solve_until_proved(system, samples, tree, accept=ROUGH)
-            seen = system.level * float(np.sqrt(solution.delta))
+            level = system.level * float(np.sqrt(solution.delta))
             if np.isfinite(proof.level):
                 history, edges = ((1, proof.level),), samples.edges
                 best = Guarantee(proof.level, history, edges, tree, solution.P, system, solution.report)
             if solution.delta <= 0 or np.linalg.eigvalsh(solution.P[0])[0] <= 0:
                 break
             root = np.linalg.cholesky(solution.P[0]).T
-            system = replace(system, T=root @ system.T / np.sqrt(solution.delta), level=seen)
+            system = replace(system, T=root @ system.T / np.sqrt(solution.delta), level=level)
         if best is not None:
             return best
     raise SolverError(
-        f"no common Lyapunov function was certified: the one found keeps the level {seen:.6g} at "
+        f"no common Lyapunov function was certified: the one found keeps the level {level:.6g} at "
         f"{len(samples.of(0, (0,)))} periods, not for certain at all others; narrow the range of sampling periods"
     )
 
@@ -326,12 +326,12 @@ def _natural(plant: SampledPlant, filter_: Estimator, h: float) -> ErrorSystem:
     units = np.where(size > 0, size, np.max(size))
     scaled = reached / np.outer(units, units) + REGULAR * np.eye(len(units))
     # The filter's states are measured so too, since the certificate pays for the condition of T.
-    own = np.exp2(np.round(np.log2(units[plant.order :])))
-    filter_ = filter_.in_units(own)
+    filter_units = np.exp2(np.round(np.log2(units[plant.order :])))
+    filter_ = filter_.in_units(filter_units)
     T = np.linalg.inv(np.linalg.cholesky(scaled)) / units
-    T[:, plant.order :] *= own
+    T[:, plant.order :] *= filter_units
     level = periodic_gain(plant, filter_, [h]).upper
-    original = np.concatenate([1 / np.diag(balanced), own])
+    original = np.concatenate([1 / np.diag(balanced), filter_units])
     return ErrorSystem(plant, filter_, T, level if level > 0 else 1.0, original)
 
 

@@ -195,8 +195,8 @@ def storage_inequalities(
     stored = np.einsum("ax,lab,by->lxy", frame, basis, frame)
     moved = np.einsum("vax,lab,vby->vlxy", steps, basis, steps, optimize=True)
     before, after, which = np.array(edges).T
-    own = 1 + np.arange(terms)
-    variables = np.column_stack([np.zeros_like(before), before[:, None] * terms + own, after[:, None] * terms + own])
+    ids = 1 + np.arange(terms)
+    variables = np.column_stack([np.zeros_like(before), before[:, None] * terms + ids, after[:, None] * terms + ids])
     coefficients = [np.concatenate([weights[i] * supplied[None], stored, -moved[i]]) for i in which]
     return Inequalities(-weights[which, None, None] * demanded, np.array(coefficients), variables)
 
@@ -214,13 +214,13 @@ def solve(
     terms = len(basis)
     frame = np.eye(size, size + inputs)
     supplied = np.diag(np.concatenate([np.zeros(size), np.ones(inputs)]))
-    seen = [
+    triples = [
         (h, leaf, following)
         for leaf, letter, following in tree.transitions()
         for h in samples.of(letter, tree.leaves[following])
     ]
-    distinct, which = np.unique([h for h, _, _ in seen], return_inverse=True)
-    edges = [(leaf, following, int(i)) for i, (_, leaf, following) in zip(which, seen, strict=True)]
+    distinct, which = np.unique([h for h, _, _ in triples], return_inverse=True)
+    edges = [(leaf, following, int(i)) for i, (_, leaf, following) in zip(which, triples, strict=True)]
     steps, weights = system.steps(system.plant.transitions(distinct)), weights_of(system.plant, distinct)
     rounding = system.rounding(np.linalg.norm(steps, axis=(1, 2)), 1.0)
     slack = max(SLACK, system.roundings * float(np.max(rounding)))

@@ -131,11 +131,11 @@ def _blocks(plant: SampledPlant, filter_: Estimator, sequences: Sequence[Array])
         moves.append(np.concatenate([steps, drives / root[:, :, None]], axis=2))
         errors.append(output * np.vstack([root[1:], root[-1:]])[:, :, None] @ moves[-1])
     missing = ((0, 0), (0, -length % BLOCK), (0, 0), (0, 0))
-    maps, seen = _doubled(np.pad(moves, missing), np.pad(errors, missing))
+    maps, outputs = _doubled(np.pad(moves, missing), np.pad(errors, missing))
     count, size = maps.shape[1], maps.shape[2]
     rest = np.arange(len(sequences) * count) % count == 0
-    maps, seen = (part.reshape(-1, *part.shape[2:]) for part in (maps, seen))
-    return roots, _Blocks(_banded(maps[:, :, :size], rest), maps[:, :, size:], seen, rest)
+    maps, outputs = (part.reshape(-1, *part.shape[2:]) for part in (maps, outputs))
+    return roots, _Blocks(_banded(maps[:, :, :size], rest), maps[:, :, size:], outputs, rest)
 
 
 def _doubled(moves: Array, errors: Array) -> tuple[Array, Array]:

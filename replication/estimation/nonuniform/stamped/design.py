@@ -73,9 +73,9 @@ class StampedFilter(Estimator):
 
     def error_output(self, plant: SampledPlant) -> Array:
         """L."""
-        wanted = (len(self.edges) + 1, plant.order + plant.B.shape[1], len(plant.C))
-        if self.G.shape != wanted:
-            raise InvalidInputError(f"G must have shape (cells, n + m, r) = {wanted}, got shape {self.G.shape}")
+        shape = (len(self.edges) + 1, plant.order + plant.B.shape[1], len(plant.C))
+        if self.G.shape != shape:
+            raise InvalidInputError(f"G must have shape (cells, n + m, r) = {shape}, got shape {self.G.shape}")
         return plant.L
 
     def error_step(self, plant: SampledPlant, Phi: Array, Gamma: Array) -> tuple[Array, Array]:
@@ -125,8 +125,8 @@ def kalman_filter(plant: SampledPlant, h: float) -> StampedFilter | None:
 
 def kalman_filters(plant: SampledPlant, periods: Sequence[float]) -> list[StampedFilter]:
     """One made for each period; none if there is none at one of them."""
-    found = [filter_ for h in periods if (filter_ := kalman_filter(plant, h)) is not None]
-    return found if len(found) == len(periods) else []
+    filters = [filter_ for h in periods if (filter_ := kalman_filter(plant, h)) is not None]
+    return filters if len(filters) == len(periods) else []
 
 
 def innovations_filter(plant: SampledPlant, P: Array) -> StampedFilter:
@@ -257,7 +257,7 @@ def _least(
     terms, cells = len(basis), len(working)
     weighted = plant.L.T @ plant.L
     demanded = kernel[:n].T @ weighted @ kernel[:n] + slack * np.eye(kernel.shape[1])
-    own = 1 + np.arange(cells * terms).reshape(cells, terms)
+    columns = 1 + np.arange(cells * terms).reshape(cells, terms)
     steps = plant.transitions(np.concatenate(working))[:, :n] @ kernel
     ends = [cell for cell, periods in enumerate(working) for _ in periods]
     edges = [(before, cell, i) for i, cell in enumerate(ends) for before in range(cells)]
@@ -266,11 +266,11 @@ def _least(
         program.Inequalities(
             np.broadcast_to(-(weighted + slack * np.eye(n)), (cells, n, n)),
             np.broadcast_to(basis, (cells, *basis.shape)),
-            own,
+            columns,
         ),
         program.Inequalities(np.zeros((1, 1, 1)), np.ones((1, 1, 1, 1)), np.zeros((1, 1), dtype=np.intp)),
     )
-    cost = np.zeros(1 + own.size)
+    cost = np.zeros(1 + columns.size)
     cost[0] = 1.0
     # What the solver says is not believed: the exchange and the proof look at the point itself.
     solution = program.solve_clarabel(program.program_under(cost, *groups), accept=ROUGH)

@@ -126,11 +126,11 @@ class NoisyPlant(LinearPlant):
         return NoisyPlant(parts.A, parts.C, Q, R, parts.B_u, S, P0, parts.signals.measurements)
 
 
-def sensor_names(given: Sequence[str] | None, count: int, what: str) -> tuple[str, ...]:
+def sensor_names(labels: Sequence[str] | None, count: int, what: str) -> tuple[str, ...]:
     """One name for each, y[0], y[1] and so on unless given; raises InvalidInputError."""
-    names = numbered("y", count) if given is None else () if isinstance(given, str) else tuple(given)
+    names = numbered("y", count) if labels is None else () if isinstance(labels, str) else tuple(labels)
     if len(names) != count or len(set(names)) < count or not all(isinstance(name, str) for name in names):
-        raise InvalidInputError(f"sensors must be {count} different names, one for each {what}, got {given!r}")
+        raise InvalidInputError(f"sensors must be {count} different names, one for each {what}, got {labels!r}")
     return names
 
 
@@ -190,27 +190,27 @@ class Recursion:
     def update(self, prior: Estimate, y: Array, u: Array) -> Instant:
         """Take the entries of y (q,) that are numbers within the gate; with held noise all must be."""
         plant, n = self.plant, self.plant.order
-        seen, (expected, C) = ~np.isnan(y), self.output(prior.x)
-        if self.gate and np.any(seen):
+        used, (expected, C) = ~np.isnan(y), self.output(prior.x)
+        if self.gate and np.any(used):
             variances = np.einsum("qa,ab,qb->q", C, prior.P, C) + np.diag(plant.R)
-            seen &= np.abs(np.where(seen, y - expected, 0.0)) <= self.gate * np.sqrt(variances)
-        C, R = C[seen], plant.R[np.ix_(seen, seen)]
+            used &= np.abs(np.where(used, y - expected, 0.0)) <= self.gate * np.sqrt(variances)
+        C, R = C[used], plant.R[np.ix_(used, used)]
         mean, covariance = prior.x, prior.P
         output, crossed = C, np.zeros((n, len(C)))
         if plant.S is not None:
             mean, covariance = np.concatenate([mean, np.zeros(n)]), scipy.linalg.block_diag(covariance, plant.Q)
-            output, crossed = np.hstack([C, np.zeros_like(C)]), np.vstack([crossed, plant.S[:, seen]])
-        innovation = y[seen] - expected[seen]
+            output, crossed = np.hstack([C, np.zeros_like(C)]), np.vstack([crossed, plant.S[:, used]])
+        innovation = y[used] - expected[used]
         spread = symmetric(C @ prior.P @ C.T + R)
         if len(C):
             gain = np.linalg.solve(spread, (covariance @ output.T + crossed).T).T
-            kept = np.eye(len(mean)) - gain @ output
+            rest = np.eye(len(mean)) - gain @ output
             # Joseph's form: a sum of squares, as long as the noise is one.
             covariance = symmetric(
-                kept @ covariance @ kept.T + gain @ R @ gain.T - kept @ crossed @ gain.T - gain @ crossed.T @ kept.T
+                rest @ covariance @ rest.T + gain @ R @ gain.T - rest @ crossed @ gain.T - gain @ crossed.T @ rest.T
             )
             mean = mean + gain @ innovation
-        return Instant(prior.t, y, u, prior, mean, covariance, innovation, spread, seen)
+        return Instant(prior.t, y, u, prior, mean, covariance, innovation, spread, used)
 
     def predict(self, known: Instant, t: float) -> Estimate:
         """x^ and its covariance at t, not before `known.t`, under the input that is held."""
@@ -234,8 +234,8 @@ class Recursion:
             estimates.append(Estimate(instant.t, x + P @ pull, symmetric(P - P @ weight @ P)))
             C = self.plant.C[instant.used]
             scaled = np.linalg.solve(instant.spread, np.column_stack([instant.innovation, C]))
-            kept = np.eye(n) - instant.prior.P @ C.T @ scaled[:, 1:]
-            pull = C.T @ scaled[:, 0] + kept.T @ pull
-            weight = symmetric(C.T @ scaled[:, 1:] + kept.T @ weight @ kept)
+            rest = np.eye(n) - instant.prior.P @ C.T @ scaled[:, 1:]
+            pull = C.T @ scaled[:, 0] + rest.T @ pull
+            weight = symmetric(C.T @ scaled[:, 1:] + rest.T @ weight @ rest)
             following = instant
         return estimates[::-1]

@@ -152,8 +152,8 @@ class StampedKalman(StampedEstimator):
         if plant.S is not None:
             raise InvalidInputError("a filter of held noise (S) has no C form; describe the noise as white, without S")
         transition = Transition.of(plant.A, plant.B_u, plant.Q)
-        own = {"noise": plant.R, "start": plant.P0, "gate": np.array([self.gate])}
-        return c_form(name, comment, transition, plant.C, plant.inputs, own)
+        tables = {"noise": plant.R, "start": plant.P0, "gate": np.array([self.gate])}
+        return c_form(name, comment, transition, plant.C, plant.inputs, tables)
 
     def _newest(self) -> Instant:
         if not self._instants:
@@ -177,14 +177,14 @@ class StampedKalman(StampedEstimator):
                     f"a sensor has measured at t = {t:.9g} s before: time stamps of one sensor must increase"
                 )
             merged = np.where(np.isnan(sample), same.y, sample)
-            kept = [*before[:-1], run.update(same.prior, merged, same.u if u is None else u)]
+            instants = [*before[:-1], run.update(same.prior, merged, same.u if u is None else u)]
         else:
-            kept = [*before, run.update(run.predict(before[-1], t), sample, before[-1].u if u is None else u)]
+            instants = [*before, run.update(run.predict(before[-1], t), sample, before[-1].u if u is None else u)]
         for instant in after:
-            kept.append(run.update(run.predict(kept[-1], instant.t), instant.y, instant.u))
-        while len(kept) > 1 and kept[1].t <= kept[-1].t - self.horizon:
-            self._gated += kept.pop(0).gated
-        self._instants = tuple(kept)
+            instants.append(run.update(run.predict(instants[-1], instant.t), instant.y, instant.u))
+        while len(instants) > 1 and instants[1].t <= instants[-1].t - self.horizon:
+            self._gated += instants.pop(0).gated
+        self._instants = tuple(instants)
 
     def _require_in_time(self, t: float, place: int, u: Array | None) -> None:
         newest = self._instants[-1].t
