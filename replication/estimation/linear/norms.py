@@ -236,6 +236,8 @@ def peak(curve: Curve, crossings_of: Callable[[float], Array], hint: float) -> G
     angle = highest((0.0, np.pi, hint))
     if not max(values.values()) > NONE:
         return GainBracket(0.0, 0.0, 0.0)
+    if not values[angle] > NONE:
+        angle = highest([*values])  # a level of nothing has no pencil
     margin = UPPER_MARGIN
     for _ in range(MAX_ROUNDS):
         level = max(values[angle], np.finfo(float).tiny) * (1 + margin)

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy.optimize import linear_sum_assignment
 from slow_loops import MOTOR, MOTOR_DESIGN, START, motor_loop, random_design
 
-from replication.errors import InfeasibleError
+from replication.errors import InfeasibleError, SolverError
 from replication.estimation.dualrate.facade import analyse, design
 from replication.estimation.dualrate.loop import (
     DualRateLoop,
@@ -184,3 +184,11 @@ def test_a_small_unit_of_a_fast_state_hides_nothing_of_a_slow_one(unit: float) -
         slow = design(plant, period=0.05, ratio=4, at="slow", **weights)
         both.append([noise, slow.fact("root mean square").value, slow.value, slow.gains["K"][0, 0, 0]])
     np.testing.assert_allclose(*both, rtol=1e-9)
+
+
+def test_an_input_that_moves_nothing_and_a_mode_beyond_all_numbers_end_without_a_warning() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert design(make_plant([[-1.0]], [[0.0]], [[1.0]]), period=0.1, ratio=2).value < 1e-15
+        with pytest.raises(SolverError, match=r"grows by a factor of exp\(1.8e\+04\) over the 60 s"):
+            design(make_plant([[300.0]], [[1.0]], [[1.0]]), period=1.0, ratio=60, at="slow")

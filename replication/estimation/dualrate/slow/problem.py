@@ -109,10 +109,10 @@ class SlowProblem:
     def lost(self) -> str:
         """What to say where rounding spoils a design."""
         whole = self.period * self.instants
-        growth = np.exp(max(0.0, float(np.max(np.linalg.eigvals(self.plant.A).real))) * whole)
+        growth = max(0.0, float(np.max(np.linalg.eigvals(self.plant.A).real))) * whole
         return (
-            f"the design at the slow rate was lost in rounding: the fastest mode grows by a factor of {growth:.3g} "
-            f"over the {whole:g} s after which the rates repeat; measure more often, or bring the weights nearer to "
+            "the design at the slow rate was lost in rounding: the fastest mode grows by a factor of "
+            f"exp({growth:.3g}) over the {whole:g} s after which the rates repeat; measure more often, or bring the weights nearer to "
             "each other"
         )
 
