@@ -112,8 +112,8 @@ class SlowProblem:
         growth = max(0.0, float(np.max(np.linalg.eigvals(self.plant.A).real))) * whole
         return (
             "the design at the slow rate was lost in rounding: the fastest mode grows by a factor of "
-            f"exp({growth:.3g}) over the {whole:g} s after which the rates repeat; measure more often, or bring the weights nearer to "
-            "each other"
+            f"exp({growth:.3g}) over the {whole:g} s after which the rates repeat; measure more often, or bring the "
+            "weights nearer to each other"
         )
 
 
