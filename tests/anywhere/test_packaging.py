@@ -72,7 +72,11 @@ def test_a_clean_environment_runs_the_installed_wheel(built: tuple[Path, Path], 
     clean = Stranger(home, environment(tmp_path / "clean", built[0], "estimation"))
 
     def files() -> list[Path]:
-        return [path for path in sorted(clean.environment.rglob("*")) if path.suffix != ".pyc"]
+        return [
+            path
+            for path in sorted(clean.environment.rglob("*"))
+            if path.suffix != ".pyc" and path.name != "__pycache__"
+        ]
 
     before = files()
     done = clean.run("replication", "design", "multirate", plant, "--periods", "1,4")

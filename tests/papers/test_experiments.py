@@ -10,6 +10,7 @@ from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from types import ModuleType
+from unittest.mock import patch
 
 import msgspec
 import numpy as np
@@ -27,6 +28,7 @@ from papers.shao import PAPER
 from papers.shao.experiments.tracking import SEARCH
 from replication.audit.model import Results
 from replication.audit.parts import Paper
+from replication.audit.run import runner
 from replication.audit.run.pool import Action, processes
 from replication.audit.run.runner import Outcome, _plan, run
 from replication.audit.store.cache import Cache, Lookup
@@ -86,15 +88,9 @@ def cut(sweep: str) -> Paper:
 
 def resume(sweep: str, root: Path, progress: Callable[[str], None] = lambda line: None) -> Outcome:
     """Run the parts in a project at `root` with no certificates, whose results lie there too."""
-    cache = Cache(root / "results")
-    return run(
-        [cut(sweep)],
-        cache=cache,
-        root=root,
-        packages=default_packages(ROOT),
-        executor=partial(processes, jobs=1),
-        progress=progress,
-    )
+    executor = partial(processes, jobs=1)
+    with patch.object(runner, "default_packages", lambda _: default_packages(ROOT)):
+        return run([cut(sweep)], cache=Cache(root / "results"), root=root, executor=executor, progress=progress)
 
 
 def kill(line: str) -> None:
