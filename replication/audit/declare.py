@@ -12,7 +12,6 @@ import weakref
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from decimal import Decimal
-from enum import StrEnum
 from functools import partial, partialmethod, wraps
 from pathlib import Path, PurePosixPath
 from typing import Any, TypedDict, TypeVar, Unpack
@@ -42,7 +41,6 @@ from replication.errors import AuditError, one_of
 from replication.verify.predicate import Predicate, Term, unit_of
 from replication.verify.predicate import term as term
 
-E = TypeVar("E", bound=StrEnum)
 T = TypeVar("T")
 Answer = TypeVar("Answer", bound=Callable[[Results], Evidence])
 Said = Term | Predicate

@@ -99,6 +99,17 @@ def block_diagonal(blocks: Sequence[Array]) -> Array:
     return np.asarray(scipy.linalg.block_diag(*blocks), dtype=float)
 
 
+def balanced_units(A: Array, drive: Array, sight: Array) -> Array:
+    """Units (n,), powers of two, of the states in which A, what drives them (n, m) and what looks at them are balanced.
+
+    What drives and what looks keep units of their own, so that each state is measured against both.
+    """
+    n, m = drive.shape
+    whole = np.zeros((n + m + len(sight),) * 2)
+    whole[:n, :n], whole[:n, n : n + m], whole[n + m :, :n] = A, drive, sight
+    return np.asarray(scipy.linalg.matrix_balance(whole, permute=False, separate=True)[1][0][:n])
+
+
 def monodromy(steps: Array) -> Array:
     """A_{N-1} ... A_1 A_0 of the transitions (N, n, n) of a period, neighbours at a time."""
     while (count := len(steps)) > 1:

@@ -12,6 +12,7 @@ import scipy
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.plants import LinearPlant, parts_of
+from replication.estimation.linear.periodic import balanced_units
 from replication.estimation.validation import Array, as_array, as_matrix, positive_integer, positive_scalar
 
 if TYPE_CHECKING:
@@ -250,11 +251,8 @@ def weights_of(plant: SampledPlant, periods: Array) -> Array:
 
 def balancing(plant: SampledPlant) -> Array:
     """Units of the states (powers of two, which change no digit) in which A, B, C, L are balanced and |B| is |A|."""
-    A, B, outputs = plant.A, plant.B, np.vstack([plant.C, plant.L])
-    n, m = B.shape
-    whole = np.zeros((n + m + len(outputs),) * 2)
-    whole[:n, :n], whole[:n, n : n + m], whole[n + m :, :n] = A, B, outputs
-    units = scipy.linalg.matrix_balance(whole, permute=False, separate=True)[1][0][:n]
+    A, B = plant.A, plant.B
+    units = balanced_units(A, B, np.vstack([plant.C, plant.L]))
     rate = np.linalg.norm(A / units[:, None] * units)
     ratio = np.linalg.norm(B / units[:, None]) / rate if rate > 0 else 1.0
     return np.diag(1 / (units * np.exp2(np.round(np.log2(ratio)))))

@@ -20,6 +20,7 @@ from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.observers import Held, held
 from replication.estimation.dualrate.problem import MAX_RATIO, Plant, folded_mode
 from replication.estimation.dualrate.steady import Steady, steady_of
+from replication.estimation.linear.periodic import balanced_units
 from replication.estimation.multirate.problem import SensingSchedule
 from replication.estimation.nonuniform.stamped.transition import Transition
 from replication.estimation.validation import (
@@ -154,16 +155,12 @@ def in_natural_units(problem: SlowProblem) -> tuple[SlowProblem, Array, Array]:
 
     Inputs are in units of their weights, states in those in which A, what drives it and what looks at it are balanced.
     """
-    plant, n = problem.plant, problem.plant.order
+    plant = problem.plant
     r = np.diag(problem.input_weight) ** -0.5
     drive = np.hstack([plant.B_u * r, root(problem.process_noise)])
     whitened = np.linalg.solve(np.linalg.cholesky(problem.sensor_noise), plant.C)
     sight = np.vstack([root(problem.state_weight).T, whitened])
-    # What drives and what looks have units of their own, so that each state is measured against both.
-    m = drive.shape[1]
-    square = np.zeros((n + m + len(sight),) * 2)
-    square[:n, :n], square[:n, n : n + m], square[n + m :, :n] = plant.A, drive, sight
-    t = scipy.linalg.matrix_balance(square, permute=False, separate=True)[1][0][:n]
+    t = balanced_units(plant.A, drive, sight)
     scaled = replace(
         problem,
         plant=Plant(plant.A * t / t[:, None], plant.B_u * r / t[:, None], plant.C * t),
