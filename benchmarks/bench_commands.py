@@ -4,8 +4,6 @@ Beside the time: processor seconds, of which the time is a share, and the larges
 page that several share counted once. The unit of the ratio is a start of Python that imports numpy, in the same run.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import shutil

@@ -11,8 +11,6 @@ The small cone gives a certificate that is rewritten as one of the full cone of 
 Seconds are those of assembly and solver together; the published seconds are of another machine.
 """
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

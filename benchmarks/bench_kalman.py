@@ -4,8 +4,6 @@ Both do the same work to the same accuracy, which is asserted; ratios hold withi
 row is there where it is installed.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import control

@@ -1,7 +1,5 @@
 """How far each method goes: cost over the size, up to one large case each, with plants drawn from a seed."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

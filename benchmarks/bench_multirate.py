@@ -6,8 +6,6 @@ Each benchmark notes the word with which its solver ended and how far its level 
 stopped early is listed with that word, and one that failed with its error. Random plants are seeded by their order.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import product

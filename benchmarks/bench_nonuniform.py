@@ -1,7 +1,5 @@
 """Robust design for a range of sampling periods: the exchange method against dense grids, over grid size and order."""
 
-from __future__ import annotations
-
 import time
 from typing import Any
 

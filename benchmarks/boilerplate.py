@@ -14,8 +14,6 @@ front, as it is written where it is declared: the first string of a call to `exp
 any call. The modules are read in the order of their names.
 """
 
-from __future__ import annotations
-
 import ast
 import re
 import sys

@@ -1,7 +1,5 @@
 """Seconds of the processor and its name, and records of what was measured: a line of JSON each, a table in Markdown."""
 
-from __future__ import annotations
-
 import json
 import os
 import platform

@@ -9,8 +9,6 @@ a prediction, in whose time the sensors that are still missing count for nothing
 Kalman filter of a chain of samples. A run that was stopped goes on where it ended.
 """
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Callable
 from dataclasses import dataclass

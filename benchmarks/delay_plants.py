@@ -6,8 +6,6 @@
 A run that was stopped goes on where it ended. Seconds are those of the processor.
 """
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Callable
 from pathlib import Path

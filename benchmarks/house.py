@@ -4,8 +4,6 @@ Production is all Python in replication/ and papers/ and verify.py, tests are al
 comments and blank lines included. Also told: files of less than 60 lines, and folders of more than ten names.
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from collections import Counter

@@ -4,8 +4,6 @@
 bias stands that of the same logs with all variances known, where it is exact but for the chance of the draw.
 """
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Callable

@@ -9,8 +9,6 @@ The bars are those of a quiet machine: half a second as it is, at ten times the 
 second for a keystroke. Exit code 1 if one is missed.
 """
 
-from __future__ import annotations
-
 import statistics
 import sys
 import tempfile

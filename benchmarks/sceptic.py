@@ -12,8 +12,6 @@ its plants.py: they are the subject, and are read beside the paper.
 Without arguments all theorems are counted and docs/lines.md is written; with `--check` it is only compared.
 """
 
-from __future__ import annotations
-
 import ast
 import io
 import json

@@ -10,8 +10,6 @@ faster` (we are), `of` a peer, `starts` of Python. Exit code 1 if some ratio gre
 one page only.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import os

@@ -1,7 +1,5 @@
 """The source papers: each module or package here holds one paper as `PAPER`, and is found by its name."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from pathlib import Path
 

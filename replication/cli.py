@@ -1,7 +1,5 @@
 """The command line: `python -m replication` or `replication`, with the commands of `replication.commands`."""
 
-from __future__ import annotations
-
 import argparse
 import gc
 import os

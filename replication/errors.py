@@ -1,7 +1,5 @@
 """The errors of this package: one root, and each message says what was wrong, with which value, and what to do."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Collection, Sequence
 

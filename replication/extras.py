@@ -1,7 +1,5 @@
 """Packages that only some papers need, and how to install what an import did not find."""
 
-from __future__ import annotations
-
 import traceback
 from importlib import metadata
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Files that are whole or absent: written under a temporary name beside the target, then renamed."""
 
-from __future__ import annotations
-
 import csv
 import hashlib
 import os

@@ -5,8 +5,6 @@ lock alone: the packages that pyproject.toml names for the extras, and whatever 
 library does it, since nothing is installed when it is asked.
 """
 
-from __future__ import annotations
-
 import re
 import sys
 import tomllib

@@ -4,8 +4,6 @@
 whether it is proved, the bounds, the sentence and what it says as data. A mistake in a statement both have in common.
 """
 
-from __future__ import annotations
-
 import argparse
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """For all tests: the longest files first, so that no core waits at the end; none writes into the tree; one browser."""
 
-from __future__ import annotations
-
 import gc
 import os
 import shutil

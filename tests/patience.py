@@ -1,7 +1,5 @@
 """How long a test waits for another process: so long that only a hang is told, and no slow machine."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from typing import TypeVar

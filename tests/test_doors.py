@@ -1,7 +1,5 @@
 """The doors between the rooms: which package may import which, by reading every source file and by importing."""
 
-from __future__ import annotations
-
 import ast
 import functools
 import itertools

@@ -1,7 +1,5 @@
 """The suite is the same on every machine and run: the tests are read here for what could make it another."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterator
 from pathlib import Path

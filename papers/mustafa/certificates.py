@@ -1,7 +1,5 @@
 """Makes the certificates of the wanted theorems of this paper; those of the small-gain condition (8) are its own."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import partial

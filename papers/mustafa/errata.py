@@ -1,7 +1,5 @@
 """Misprints of the paper: what is printed, what must be meant, and the computation that shows it."""
 
-from __future__ import annotations
-
 from functools import partial
 
 from papers._common import Proofs

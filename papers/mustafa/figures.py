@@ -1,7 +1,5 @@
 """Figures: gains over the period, over all sequences of periods, and the responses of Figs. 2 and 3."""
 
-from __future__ import annotations
-
 from decimal import Decimal
 from typing import Any
 

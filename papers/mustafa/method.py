@@ -1,7 +1,5 @@
 """What serves this paper alone: (8) and (9), Algorithm 1, its matrix inequalities printed and made whole."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """The audit of the nonuniform-sampling paper: its parts in the order of the text, and what is said of it."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from papers._common import MINCX, POSITION, Told, common_levels, curve, dots, label, signal, ticks

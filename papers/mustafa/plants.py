@@ -3,8 +3,6 @@
 A time is a pair (a, b) that stands for a + b pi seconds.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

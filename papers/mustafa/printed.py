@@ -4,8 +4,6 @@ The first plant is an academic example taken over from an earlier paper, the sec
 inertia and the two names of its motor constant are not consistent (see the errata).
 """
 
-from __future__ import annotations
-
 from math import pi
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Misprints of the multi-rate paper: what is printed, what must be meant, and the computation that shows it."""
 
-from __future__ import annotations
-
 from papers.okajima2023.claims.simulation import ALL_NOISE, AS_PRINTED, G_SIM, READING_OF, all_draws
 from papers.okajima2023.claims.unstable import ALL_DIAGONALS, PRINTED, RECOVERED, radius_of
 from papers.okajima2023.method.recovery import DIAGONAL_RANGE

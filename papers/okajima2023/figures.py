@@ -1,7 +1,5 @@
 """Figures: levels over the periods, and the responses of the observers."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial

@@ -1,7 +1,5 @@
 """The audit of Okajima, Hosoe and Hagiwara (2023): parts, tables, formulas and what the paper is."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any

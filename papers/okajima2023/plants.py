@@ -1,7 +1,5 @@
 """The plants of Sec. IV in exact numbers, alone and with the gains that the paper prints, for the verifier."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

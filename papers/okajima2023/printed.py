@@ -1,7 +1,5 @@
 """What the multi-rate paper prints: the strings of printed.toml, and the numbers that computations start from."""
 
-from __future__ import annotations
-
 from replication.audit.data import read_printed
 from replication.audit.judge.printed import number, parse
 

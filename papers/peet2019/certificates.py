@@ -1,7 +1,5 @@
 """Makes the certificates of the wanted theorems of this paper."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from papers._common import certificate

@@ -1,7 +1,5 @@
 """Misprints of the delay paper, each with the computation that shows what must be meant."""
 
-from __future__ import annotations
-
 from functools import partial
 from itertools import pairwise
 

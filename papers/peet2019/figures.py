@@ -1,7 +1,5 @@
 """Figures: Fig. 1, how near the methods come to the optimum, what they cost."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """What the paper compares with: delays as Padé sections or on Chebyshev points, LMI (3), the open loop's gain."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The audit of Peet and Gu (2019): what it is about, its tables and formulas, and what leads its page."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

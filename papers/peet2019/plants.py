@@ -1,7 +1,5 @@
 """The systems with delays of Peet and Gu (2019): Examples 1-3, the same with one disturbance, and three of our own."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What Peet and Gu print, from the file beside, the plants as numbers, and what is tried where the text is open."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Makes the certificates of the wanted theorems of this paper."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """Misprints of the manuscript, each with the computation behind the correction."""
 
-from __future__ import annotations
-
 from papers.shao.claims.theory import ROUND_OFF
 from papers.shao.printed import DATA, DESIGN
 from replication.audit.declare import contrast

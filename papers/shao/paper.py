@@ -1,7 +1,5 @@
 """The audit of Shao, Yang, Li and Yi: what it covers, in the order of the manuscript, and what it shows."""
 
-from __future__ import annotations
-
 import math
 from itertools import groupby
 from math import floor

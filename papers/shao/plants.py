@@ -1,7 +1,5 @@
 """The motor of Shao et al. with its printed gains and rates, and the scalar loop that refutes their Sec. IV."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

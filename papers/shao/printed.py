@@ -1,7 +1,5 @@
 """What the manuscript prints, the printed problem as objects (motor, design, reading space), and its readings."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path

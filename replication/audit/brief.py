@@ -1,8 +1,6 @@
 """What leads the report on a paper: its result in a headline and a picture, sentences that link their claims, pictures
 to move."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 
 import msgspec

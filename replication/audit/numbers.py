@@ -3,8 +3,6 @@
 Its tables, `[[claim]]`, `[[command]]`, `[[data]]`, `[[part]]` and `[[reading]]`, are told in docs/claims.md.
 """
 
-from __future__ import annotations
-
 import contextlib
 import inspect
 import re

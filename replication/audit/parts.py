@@ -3,8 +3,6 @@
 What reaches the disk is a `msgspec.Struct`; what holds a function beside it stays in memory.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

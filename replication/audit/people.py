@@ -1,7 +1,5 @@
 """Who stands behind a text and its audit: authors with ORCIDs, their replies to claims, who checks it."""
 
-from __future__ import annotations
-
 import re
 
 import msgspec

@@ -3,8 +3,6 @@
 docs/adding-a-paper.md has the settings, all of which may be left out.
 """
 
-from __future__ import annotations
-
 import functools
 import importlib
 import pkgutil

@@ -1,7 +1,5 @@
 """Certificates of dual-rate loops: eigenvalues over a slow period, times of largest error, Lyapunov matrices."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Certificates of the gain of multi-rate observers: Lyapunov matrices from above, disturbances from below."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from typing import Any, NamedTuple

@@ -1,7 +1,5 @@
 """Certificates of gains under nonuniform sampling: storage matrices from above, periodic disturbances from below."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction

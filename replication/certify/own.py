@@ -4,8 +4,6 @@ The plant is the one that was designed for, number by number: each float as the 
 that it is written as. Gains are always the floats that a program would run with.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """From floating-point numbers to short rationals, and from the rationals of a certificate to floating point."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from functools import partial

@@ -4,8 +4,6 @@ To add one: write a function with the decorator `command` in a module of this pa
 Nothing but the standard library is imported at the top of these modules, so that `--help` answers at once.
 """
 
-from __future__ import annotations
-
 import argparse
 import importlib
 from collections.abc import Callable

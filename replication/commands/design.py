@@ -1,7 +1,5 @@
 """`replication design`: an estimator for a plant of one's own, from a file, with the level that it guarantees."""
 
-from __future__ import annotations
-
 import argparse
 import shlex
 import sys

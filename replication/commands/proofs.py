@@ -1,7 +1,5 @@
 """`replication verify`, `certify` and `coq`: certificates checked, made, and their theorems checked by Coq."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """`replication report`, `notebooks`, `export`, `artifact`: what is written of results for readers."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

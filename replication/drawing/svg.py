@@ -1,7 +1,5 @@
 """Figures as SVG text: tidied after matplotlib, unique ids, small, and ready to stand alone or inside a page."""
 
-from __future__ import annotations
-
 import hashlib
 import itertools
 import re

@@ -3,8 +3,6 @@
 The file holds no plant: it names one in the paper's `coq/Decimals.v`, and the gains of `multirate.gain`.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

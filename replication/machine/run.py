@@ -4,8 +4,6 @@ The audit is a file of its own. It states each theorem again, from the paper's l
 bounds, and Coq says on which assumptions each rests: none, or the run fails.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import re

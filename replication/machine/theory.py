@@ -3,8 +3,6 @@
 Apart from the rest, and without python-flint, for the report asks whether what was checked is what lies there.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from pathlib import Path

@@ -5,8 +5,6 @@ method, time_unit (only "s": rates, periods and delays are in seconds), a table 
 units of names.
 """
 
-from __future__ import annotations
-
 import difflib
 import math
 import re

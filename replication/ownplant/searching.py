@@ -1,7 +1,5 @@
 """Many computations of the same kind for a plant of one's own: on every core, with a bar that says what is left."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 from collections.abc import Callable, Iterator, Sequence

@@ -1,7 +1,5 @@
 """Writes a design into a directory: gains in three forms, the observer in three that run, the figure, and the page."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Mapping
 from contextlib import suppress

@@ -1,7 +1,5 @@
 """Making the package of a new paper from the templates beside this file."""
 
-from __future__ import annotations
-
 import keyword
 import re
 from pathlib import Path

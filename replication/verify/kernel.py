@@ -5,8 +5,6 @@ is proved. Numbers and matrices are rational, and then all is exact; or they are
 proved only if it holds for every point of them. `failure` says why it is not proved, and nothing if it is.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from operator import eq, le, lt

@@ -3,8 +3,6 @@
 Standard library only. No sentence of a theorem depends on it.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import tomllib

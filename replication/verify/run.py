@@ -1,7 +1,5 @@
 """Verification of certificate files: subject, statement, bound, witness, in this order; and the sentence proved."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Sequence

@@ -17,8 +17,6 @@ fields, or a reader of the whole, passed by the name of the group; None is not r
 are empty unless declared. Groups and fields are read in the order in which they are declared.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace

@@ -4,8 +4,6 @@
 (loaded from its file alone), and `theorems.json` lists the wanted theorems, and the claims for which none is possible.
 """
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass

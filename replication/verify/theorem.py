@@ -1,7 +1,5 @@
 """What a certificate proves, as data, and the one way in which the verifier says no."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field

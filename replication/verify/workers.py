@@ -1,7 +1,5 @@
 """The same check of many certificates in several processes: answers in the order of the list, whatever their number."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import signal

@@ -1,7 +1,5 @@
 """Wheel and source distribution, and strangers: a folder, an environment that has the wheel, what it needs, no more."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -3,8 +3,6 @@
 Outputs and errors speak of that paper alone, and the archive rebuilds itself.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re

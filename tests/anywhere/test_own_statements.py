@@ -1,7 +1,5 @@
 """A paper's own statement stands with its certificates, and with no other."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

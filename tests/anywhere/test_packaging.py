@@ -1,7 +1,5 @@
 """Set-up and the built packages: the lock, what they hold, that they run elsewhere, what they say of themselves."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

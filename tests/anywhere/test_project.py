@@ -1,7 +1,5 @@
 """Where a project is, and which mistakes of its configuration are told."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Cases, claims and records in few words, for the tests of verdicts."""
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """The invented results, with their figures, their report in headless Chromium, and the toy project."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 

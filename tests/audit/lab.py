@@ -1,7 +1,5 @@
 """A small project in a temporary directory, run in processes of its own: its `papers` never meets the real one."""
 
-from __future__ import annotations
-
 import contextlib
 import importlib
 import io

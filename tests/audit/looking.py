@@ -1,7 +1,5 @@
 """What a reader sees of a page in the browser, what is packed into the report, and violations that axe-core finds."""
 
-from __future__ import annotations
-
 import base64
 import json
 import re

@@ -3,8 +3,6 @@
 The paper does not exist and its numbers are made up.
 """
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import math

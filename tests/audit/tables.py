@@ -1,7 +1,5 @@
 """Tables of cases; and what was written, read back: the data of a figure, and numbers as they are typeset."""
 
-from __future__ import annotations
-
 import csv
 import re
 import tomllib

@@ -1,7 +1,5 @@
 """Computed against printed numbers: the digits decide, exactly; brackets and bounds."""
 
-from __future__ import annotations
-
 import math
 import re
 from decimal import Decimal

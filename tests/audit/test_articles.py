@@ -1,7 +1,5 @@
 """The article and the sheet of corrections on each paper, whole and linked; and the way of a print to a page."""
 
-from __future__ import annotations
-
 import csv
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The report in Chromium: it fits the window, makes no complaint, works without scripts and on paper."""
 
-from __future__ import annotations
-
 import base64
 import itertools
 import re

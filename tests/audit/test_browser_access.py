@@ -1,7 +1,5 @@
 """The report for everyone: no violation of the accessibility rules, nothing cut off on paper, cues where it scrolls."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """The claims of the report in Chromium: pointed at, arranged, found and opened, by mouse and by keyboard alone."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest

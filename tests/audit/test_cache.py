@@ -1,7 +1,5 @@
 """Kept results and the sources that they rest on: every dependency counts and is named, damage is noticed."""
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import json

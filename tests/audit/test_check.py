@@ -1,7 +1,5 @@
 """A results file against itself, the code and another run: what is changed by hand is found, what differs is told."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import msgspec

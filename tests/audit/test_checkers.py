@@ -1,7 +1,5 @@
 """Which programs have checked a certificate: what they record, what the record is worth, and what the report says."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import shutil

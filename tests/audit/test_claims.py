@@ -1,7 +1,5 @@
 """Claims that are not well formed are refused together, each mistake with the name at fault."""
 
-from __future__ import annotations
-
 from dataclasses import replace as replace_data
 from typing import Any
 

@@ -1,8 +1,6 @@
 """Experiments by command: any language, hashed and recorded, and each bad input has an error of its own."""
 # ruff: noqa: E501 - a case on a line
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

@@ -1,7 +1,5 @@
 """The controls of the report: alterations are tried wherever they fit, and one that goes unnoticed is told."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

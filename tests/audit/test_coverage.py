@@ -1,8 +1,6 @@
 """Coverage of a text: what is bound to nothing, or was taken out, is noticed; a draft of it is whole and of use."""
 # ruff: noqa: E501 - a case on a line
 
-from __future__ import annotations
-
 import shutil
 import tomllib
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Printed data and paper.toml: strings with place and unit, every slip refused; numbers only typed are told."""
 
-from __future__ import annotations
-
 import pickle
 from collections.abc import Callable, Sequence
 from pathlib import Path

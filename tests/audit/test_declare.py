@@ -1,7 +1,5 @@
 """Papers as they are declared: claims on their answers, parts in order, short names inside and full ones outside."""
 
-from __future__ import annotations
-
 import inspect
 from contextlib import nullcontext
 from functools import partial

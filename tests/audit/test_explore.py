@@ -1,7 +1,5 @@
 """Pictures to move and ladders: what is drawn is what the tables and brackets hold."""
 
-from __future__ import annotations
-
 import math
 import re
 from fractions import Fraction

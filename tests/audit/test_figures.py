@@ -1,7 +1,5 @@
 """Figures: from results to data to files, the same bytes every time, and one failure leaves the others."""
 
-from __future__ import annotations
-
 import hashlib
 import math
 import re

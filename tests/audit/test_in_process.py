@@ -1,7 +1,5 @@
 """Decisions of a run, a check and an archive, on the functions alone: what `lab` tries in processes of their own."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from pathlib import Path
 from types import SimpleNamespace

@@ -1,7 +1,5 @@
 """Slips of whoever writes a paper: each is told with file, line and cure, and has its exit code."""
 
-from __future__ import annotations
-
 import re
 import sys
 from pathlib import Path

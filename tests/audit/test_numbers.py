@@ -1,7 +1,5 @@
 """Claims that claims.toml states: what they answer, and which mistakes are told."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Numbers: how they are written, drawn against what a print stands for, and set below it digit by digit."""
 
-from __future__ import annotations
-
 import re
 from fractions import Fraction
 from typing import Any

@@ -1,7 +1,5 @@
 """The opening of the report: its sentences are short and true, its picture holds each claim once and ranks by rule."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace as replaced
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Policies that hold for all papers: each decides, treats like cases alike, and names the claims that it touched."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Printed values: every form, exact values and units, and what is refused."""
 
-from __future__ import annotations
-
 import re
 from decimal import Decimal
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """What a claim gains by certificates, and that a results file cannot claim more than they prove."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import replace as replace_data

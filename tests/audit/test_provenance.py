@@ -1,7 +1,5 @@
 """A run that finds everything as the last one left it says the same and does nothing; any change makes it work."""
 
-from __future__ import annotations
-
 import hashlib
 import importlib.metadata
 import shutil

@@ -1,7 +1,5 @@
 """The README as a landing page, and the page of the benchmarks, which compares two runs by their ratios."""
 
-from __future__ import annotations
-
 import json
 import re
 from pathlib import Path

@@ -4,8 +4,6 @@ The rules and the schema are restated here, from https://codecheck.org.uk/spec/c
 the register beside it, and https://developers.zenodo.org/#representation; no text of theirs is copied.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable

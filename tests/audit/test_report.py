@@ -1,7 +1,5 @@
 """The report: one valid file that loads nothing, says what the results say, and takes every string as text."""
 
-from __future__ import annotations
-
 import gzip
 import itertools
 import json

@@ -1,7 +1,5 @@
 """results.json: the published schema is the derived one, an independent reader accepts a run, and damage is refused."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator
 from pathlib import Path

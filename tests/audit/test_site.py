@@ -1,7 +1,5 @@
 """The documentation site: it builds without a warning, loads nothing, shows what ran, and serves every reader."""
 
-from __future__ import annotations
-
 import ast
 import contextlib
 import functools

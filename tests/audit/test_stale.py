@@ -5,8 +5,6 @@ every other paper change must compute these again, and no other.
 """
 
 # ruff: noqa: E501 - a case on a line
-from __future__ import annotations
-
 import json
 import os
 import re

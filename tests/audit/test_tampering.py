@@ -1,7 +1,5 @@
 """Every field of a results file, changed by hand: refused, found by `check`, or listed as what nobody can derive."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

@@ -1,7 +1,5 @@
 """Verdicts: the rules of every kind, of errata and of evidence that is none; records are judged again alike."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """C forms of observers, compiled without a warning and with traps at undefined behaviour, to be called from Python."""
 
-from __future__ import annotations
-
 import ctypes
 import math
 import os

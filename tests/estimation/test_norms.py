@@ -1,7 +1,5 @@
 """Exact norms, Riccati equations and periodic systems."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

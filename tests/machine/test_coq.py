@@ -3,8 +3,6 @@
 A few changes; all of them with MUTANTS=all (`make mutants`).
 """
 
-from __future__ import annotations
-
 import json
 import os
 import re

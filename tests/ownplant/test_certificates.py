@@ -1,7 +1,5 @@
 """Certificates of own designs: the verifier proves them, refuses perturbed ones, and what has no statement says so."""
 
-from __future__ import annotations
-
 import dataclasses
 import doctest
 import json

@@ -1,7 +1,5 @@
 """`replication design`: what is printed and written, all or nothing, and the exit codes."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

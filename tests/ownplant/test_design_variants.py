@@ -1,7 +1,5 @@
 """Designs at the slow rate and with time stamps, from the command line."""
 
-from __future__ import annotations
-
 import copy
 import json
 from dataclasses import replace

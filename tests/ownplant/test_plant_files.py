@@ -1,7 +1,5 @@
 """Plant files with mistakes of all kinds: every one is reported, with its path, at once, and nothing else happens."""
 
-from __future__ import annotations
-
 import importlib
 import inspect
 import os

@@ -3,8 +3,6 @@
 They lie where the fresh run looks first: what a test has computed is no work of it, and the other way about.
 """
 
-from __future__ import annotations
-
 import functools
 import json
 from pathlib import Path

@@ -1,7 +1,5 @@
 """One audit of all papers, computed from nothing, shared by the tests that look at its outcome."""
 
-from __future__ import annotations
-
 import fcntl
 import os
 from functools import partial

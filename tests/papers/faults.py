@@ -1,7 +1,5 @@
 """What shows that a claim can fail: faults in the results of experiments, and the verdict on a claim with them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What is committed and pinned, figures, README and verdicts, against a fresh run."""
 
-from __future__ import annotations
-
 import math
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What the texts hold and what papers declare: nothing is lost, next to nothing is open, and a change is noticed."""
 
-from __future__ import annotations
-
 import importlib
 import pkgutil
 from collections.abc import Iterator

@@ -1,7 +1,5 @@
 """The committed figures: drawn again from their tables they are the same bytes, and keep the rules of the house."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 from pathlib import Path

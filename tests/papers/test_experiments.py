@@ -1,7 +1,5 @@
 """Experiments: what a test computed is what a run takes, sweeps go on when killed, two papers meet on one plant."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import os

@@ -1,7 +1,5 @@
 """The audit of the nonuniform-sampling paper and its method: routes, grids, identities, errata, verdicts, brackets."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from fractions import Fraction
 from typing import Any

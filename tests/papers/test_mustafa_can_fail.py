@@ -1,7 +1,5 @@
 """Each check of the nonuniform-sampling paper can fail: with one of its inputs perturbed its verdict is another one."""
 
-from __future__ import annotations
-
 import copy
 import re
 

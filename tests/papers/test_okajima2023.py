@@ -4,8 +4,6 @@ A fault is one number that an experiment might have returned and did not, or one
 verdict, to another one than an error.
 """
 
-from __future__ import annotations
-
 import copy
 from itertools import pairwise
 from typing import Any

@@ -1,7 +1,5 @@
 """Recovery of the data behind Sec. IV-C: planted problems, brute force on small grids, and the printed numbers."""
 
-from __future__ import annotations
-
 import itertools
 
 import numpy as np

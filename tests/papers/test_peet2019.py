@@ -1,7 +1,5 @@
 """The delay paper: its transcription, what could fool its experiments, its records of seconds, its degree rules."""
 
-from __future__ import annotations
-
 import runpy
 from operator import ge
 

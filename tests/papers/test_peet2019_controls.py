@@ -3,8 +3,6 @@
 The results here are made up: of the shape that the experiments give, and such that every claim agrees.
 """
 
-from __future__ import annotations
-
 import copy
 from typing import Any
 

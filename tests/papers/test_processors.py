@@ -5,8 +5,6 @@ the types that are not this machine's own; all else, and the proofs, which no BL
 `make processors` computes all of all papers on each.
 """
 
-from __future__ import annotations
-
 import functools
 import hashlib
 import os

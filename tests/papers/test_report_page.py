@@ -1,7 +1,5 @@
 """The report of a fresh run in Chromium: what it weighs, how it prints, and whether all of it can be read."""
 
-from __future__ import annotations
-
 import gzip
 import re
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The transcriptions of the papers against second readings, made from the texts by another reader."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

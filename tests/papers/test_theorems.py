@@ -1,7 +1,5 @@
 """The theorems that papers want: there or excused, said as their claims say, and made again as tightly."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from fractions import Fraction

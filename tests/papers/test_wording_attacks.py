@@ -4,8 +4,6 @@ What a theorem exports is altered in one field at a time (all theorems that say 
 what the claim says. An attack succeeds if the claim is still decided, and as before.
 """
 
-from __future__ import annotations
-
 import dataclasses
 from collections.abc import Container, Iterable, Iterator, Mapping
 from fractions import Fraction

@@ -5,8 +5,6 @@ process of its own, which imports everything of the project anew with the change
 and calls the test. So nothing that was computed or imported before hides it.
 """
 
-from __future__ import annotations
-
 import ast
 import importlib.util
 import itertools

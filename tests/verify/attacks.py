@@ -4,8 +4,6 @@ Every attack turns the bytes of a true certificate into those of a false, a fore
 and how, is drawn from a generator; so the same seed gives the same attacks.
 """
 
-from __future__ import annotations
-
 import copy
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence

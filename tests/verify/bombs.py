@@ -1,7 +1,5 @@
 """Certificates of few bytes that ask for years of work."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Callable, Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """Certificates of plants of one state, soon checked, whose true gains can be found by hand or by lifting."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any

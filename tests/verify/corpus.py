@@ -4,8 +4,6 @@ An alteration keeps the file well formed or not, makes it false, or leaves it tr
 for the verifier to say.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterator
 from fractions import Fraction

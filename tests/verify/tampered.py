@@ -1,7 +1,5 @@
 """Committed certificates of the papers, as one of a plant of one's own, altered, and why they are refused."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Exact linear algebra, balls, roots, symbols and words of the verifier."""
 
-from __future__ import annotations
-
 import pytest
 from flint import acb, acb_mat, acb_poly, arb, arb_mat, fmpq, fmpq_mat
 

@@ -3,8 +3,6 @@
 Both enclose the same number by themselves, so that their balls must meet; what is exact is equal.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import random

@@ -4,8 +4,6 @@ Of exact ends the result is known exactly, or from python-flint with more bits; 
 on all small intervals.
 """
 
-from __future__ import annotations
-
 import cmath
 import operator
 import random

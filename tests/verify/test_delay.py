@@ -1,7 +1,5 @@
 """Certificates of observers of systems with delays: what is proved, and that every tampered one is refused."""
 
-from __future__ import annotations
-
 import random
 from itertools import product
 from typing import Any

@@ -1,7 +1,5 @@
 """Identities of the delay paper in letters: those that hold, and the misprints with which they do not."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from unittest import mock
 

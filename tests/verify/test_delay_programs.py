@@ -1,7 +1,5 @@
 """Certificates of LMI (3) on Padé models, and of the dual of Theorem 3."""
 
-from __future__ import annotations
-
 import random
 from itertools import product
 from math import factorial

@@ -2,8 +2,6 @@
 above them some storage proves a level, below them none is accepted, and no lower bound above them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from itertools import product

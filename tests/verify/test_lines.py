@@ -1,7 +1,5 @@
 """What a sceptic reads for a theorem is counted as it is defined, and the page shows the counts of these sources."""
 
-from __future__ import annotations
-
 import inspect
 from pathlib import Path
 from unittest.mock import patch

@@ -1,7 +1,5 @@
 """No small change of the verifier goes unnoticed by its tests."""
 
-from __future__ import annotations
-
 import math
 import os
 import tomllib

@@ -1,7 +1,5 @@
 """Nonuniform sampling: certificates altered are refused; steps, intervals and cells against numbers by hand."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from fractions import Fraction

@@ -3,8 +3,6 @@
 `check.js` runs in Node where that is installed, else in Chromium.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

@@ -1,7 +1,5 @@
 """From files to outcomes: what a certificate is about is compared with the papers, and every failure is counted."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import os

@@ -1,7 +1,5 @@
 """A declared statement reads its certificate in the order of its tables, says what is proved, and exports it."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Algorithm 1 and Sec. V: grids and their covering, robust performance with (13)."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

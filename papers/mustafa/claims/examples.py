@@ -1,7 +1,5 @@
 """Sec. VI: both nominal levels, the levels of other papers, the printed filter, Figs. 2 and 3."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Abstract, Secs. I, III and VII: whether a level, and a solution of (6), are those of all sampling periods."""
 
-from __future__ import annotations
-
 import math
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Sec. IV: the intervals (9) that the small-gain condition covers, the inequality (10)."""
 
-from __future__ import annotations
-
 from functools import partial
 
 from msgspec.structs import replace

@@ -1,7 +1,5 @@
 """Sec. III: the lemmas, and the map of the error system as a linear fractional transformation."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from functools import wraps

@@ -1,7 +1,5 @@
 """Condition (8) evaluated directly, the ends of (9) by quadrature, and the filter of the corrected algorithm's grid."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import partial
 from typing import Any

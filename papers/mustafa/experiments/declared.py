@@ -1,7 +1,5 @@
 """The experiments with their inputs: what is computed for each example, how finely, and from which random numbers."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Figures 2 and 3 over many draws of the sampling periods."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

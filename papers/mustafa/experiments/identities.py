@@ -1,7 +1,5 @@
 """Identities of the text on random plants: Lemmas 2 and 3, the map below (7), the congruence behind (10), eq. (11)."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

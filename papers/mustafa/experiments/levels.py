@@ -1,7 +1,5 @@
 """Nominal optimum, small-gain grids, true worst case, robust designs. JSON in, JSON out."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from itertools import chain, pairwise
 from typing import Any

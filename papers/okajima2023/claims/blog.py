@@ -1,7 +1,5 @@
 """The author's blog post: the levels that it repeats, and the reasons that it gives."""
 
-from __future__ import annotations
-
 from math import lcm
 
 from papers._common import solvers

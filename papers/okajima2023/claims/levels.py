@@ -1,7 +1,5 @@
 """Secs. IV-A and IV-B: optimal levels of the example, of Table 1 and of three timings; the printed gains."""
 
-from __future__ import annotations
-
 from functools import partial
 from itertools import combinations, pairwise
 from typing import Any

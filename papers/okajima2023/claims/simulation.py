@@ -1,7 +1,5 @@
 """Secs. IV-A and IV-B, the simulations: the four values of eq. (34), and what is read from Figs. 2-5 and 6-8."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Secs. I to III: equations of the formulation, Theorems 1 and 2, on the example and on random plants."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Sec. IV-C, the unstable plant: as printed, and with the data that the printed numbers imply."""
 
-from __future__ import annotations
-
 import math
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Which observers the paper designs, and all experiments: their names, functions and inputs."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from papers._common import INPUTS

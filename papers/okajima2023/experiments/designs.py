@@ -1,7 +1,5 @@
 """Designs, norms and schedules behind Table 1, Cases A-C, the timing cases and the printed gains."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

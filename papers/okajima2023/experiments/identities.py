@@ -1,7 +1,5 @@
 """Steps of the proofs of Secs. II and III on random data, and the slips in their statements."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Simulations of Sec. IV: the draws of Figs. 2-8, the distribution of g_sim, eq. (34), and the worst disturbance."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Section IV-C: what its printed data give as they stand, and what plant they can have belonged to."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Callable
 from typing import Any, NamedTuple

@@ -5,8 +5,6 @@ phase k. Interior-point solvers follow these points, so the gains that a solver 
 one of them. Source: Nesterov and Nemirovskii, Interior-Point Polynomial Algorithms in Convex Programming (SIAM, 1994).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import NamedTuple
 

@@ -6,8 +6,6 @@ the printed gains come to the central path of the matrix inequality, which inter
 Only the ratio of B_d to D matters and the sign of B_d does not: D[0][0] = 1 is a choice. No random numbers.
 """
 
-from __future__ import annotations
-
 import itertools
 from operator import itemgetter
 from typing import Any

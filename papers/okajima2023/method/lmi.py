@@ -1,7 +1,5 @@
 """Theorems 1 and 2: (20) and (30) as printed, through cvxpy, and (30) reduced, given to Clarabel."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -5,8 +5,6 @@ a diagonal of A from the stated open-loop poles, and C from the stated poles of 
 candidate that rounding of the printed digits can explain. Pure functions of JSON values, without random numbers.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

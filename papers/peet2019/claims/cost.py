@@ -1,7 +1,5 @@
 """Sec. X, Example 4: is it unstable, the cells of Table I, how the cost grows, and does it fit a desktop."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from functools import partial

@@ -1,7 +1,5 @@
 """Sec. X, Examples 1-3: what is claimed of them, Fig. 1, and cited figures."""
 
-from __future__ import annotations
-
 from decimal import Decimal
 from functools import partial
 from typing import Any

@@ -1,7 +1,5 @@
 """Secs. IX and X: least gains by degree rule and by Padé, how near the optimum; the observer that they yield."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from decimal import Decimal
 from functools import partial

@@ -1,7 +1,5 @@
 """Secs. I and III-VIII: the theorems, each as printed and as corrected, on random data and in closed loops."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

@@ -1,7 +1,5 @@
 """What is run: every experiment of this paper by its name, with its inputs."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from papers._common import INPUTS

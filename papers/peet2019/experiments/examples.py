@@ -1,7 +1,5 @@
 """Computations behind Examples 1-3 and Fig. 1; functions of JSON values that return JSON values."""
 
-from __future__ import annotations
-
 from dataclasses import asdict, fields, replace
 from typing import Any
 

@@ -5,8 +5,6 @@ For random plants a P and a Z near the best are found without a solver, by a Ric
 (3) holds for them is then compared with the gain of the error dynamics (6), computed by the Hamiltonian test.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -5,8 +5,6 @@ polynomials: nothing is shared with the synthesis. The identity is evaluated as 
 as printed.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from types import SimpleNamespace as Sample
 from typing import Any

@@ -4,8 +4,6 @@ Functions are values at Gauss points of [-τ_i, 0] and integrals are their sums:
 its inverse that of a matrix. How near the sums are to integrals is measured on K_i, with twice the points.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -5,8 +5,6 @@ A reading gives, for V and for the dissipation, the degree of Z_1, the degrees o
 Theorem 3 is taken as corrected.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Computations behind Example 4 and Table I: the cost of Theorem 3 against n·K; functions that return JSON values."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Claims that compare loops: which are stable, what Figs. 2 and 3 show; Sec. I on fast sensors and bandwidth."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial

@@ -1,7 +1,5 @@
 """Claims of Sec. V on what Table I shows: which observer has the smaller error, and how it grows with the frequency."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from functools import partial

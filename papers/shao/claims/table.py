@@ -1,7 +1,5 @@
 """Claims of Sec. V on Table I: its eighteen cells, and its columns as a whole, under readings of the simulation."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import partial

@@ -1,7 +1,5 @@
 """Claims of Secs. III to V: the observer's equations, the stability result, motor, gains and feedforward."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any

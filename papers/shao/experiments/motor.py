@@ -1,7 +1,5 @@
 """Experiments on the motor: its model, gains and feedforward, and the eigenvalues of its loop against the period."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any

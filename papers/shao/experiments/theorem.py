@@ -1,7 +1,5 @@
 """Experiments on the stability result of Sec. IV: its condition, counter-examples, and the steps of its proof."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """Table I and Figs. 2 and 3: the loops simulated as the text reads, and all readings searched."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, replace
 from functools import cache, partial

@@ -1,7 +1,5 @@
 """How each loop looks in every figure of this paper."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from papers.shao.printed import APO, FAST, HELD, PMI, RESTARTED, SINGLE, STATE

@@ -1,7 +1,5 @@
 """Figures on stability (the counter-example in time, its rates, eigenvalues of the motor loop), and on readings."""
 
-from __future__ import annotations
-
 import math
 from itertools import groupby, pairwise
 from typing import Any

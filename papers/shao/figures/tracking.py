@@ -1,7 +1,5 @@
 """Figs. 2 and 3, and how each loop tracks: errors by frequency, window, period and start."""
 
-from __future__ import annotations
-
 from functools import partial
 from typing import Any
 

@@ -2,8 +2,6 @@
 and the true slow rates.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

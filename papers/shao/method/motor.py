@@ -3,8 +3,6 @@
 The motor is permanent magnet synchronous; x = (θ, ω, dω/dt), with the input u_q. Its data are those of an example.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum

@@ -5,8 +5,6 @@ measurement acts one fast period later. In the current form x̂(k) = ζ(k) + H �
 discrete gain this is the textbook current observer x̂(k) = ζ(k) + L (ȳ(k) − C ζ(k)), ζ(k+1) = Ā x̂(k) + B̄ u(k).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property

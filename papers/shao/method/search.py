@@ -3,8 +3,6 @@
 Distance of a reading from a column: max over the frequencies of |ln(computed / printed)|.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Checking a results file without computing anything: its verdicts follow from its numbers, and it fits the papers."""
 
-from __future__ import annotations
-
 import json
 from collections import Counter
 from collections.abc import Iterator, Sequence

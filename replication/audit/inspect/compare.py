@@ -1,7 +1,5 @@
 """What changed between two results files, claim by claim, and what may have caused it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from enum import StrEnum
 from typing import Any

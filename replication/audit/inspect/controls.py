@@ -1,7 +1,5 @@
 """Negative controls: what is wrong on purpose must be found: stored verdicts derived again from altered input."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

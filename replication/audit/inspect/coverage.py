@@ -4,8 +4,6 @@ docs/verdicts.md tells the form of coverage.toml, docs/adding-a-paper.md its bin
 Numerals are runs of digits with their decimal point; numbers in words are not listed.
 """
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping

@@ -3,8 +3,6 @@
 What states a fact is proposed as printed data, whole numbers of the prose are left open, what only numbers is excused.
 """
 
-from __future__ import annotations
-
 import json
 import re
 from collections import Counter

@@ -1,7 +1,5 @@
 """The summary of a report: one sentence of verdict, every number counted, and notes on what nobody would see."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence

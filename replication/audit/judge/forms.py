@@ -3,8 +3,6 @@
 LaTeX, a name before a number and marks behind it are taken away; what stands for an uncertainty is read.
 """
 
-from __future__ import annotations
-
 import re
 from decimal import Decimal
 

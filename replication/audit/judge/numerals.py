@@ -1,7 +1,5 @@
 """How the report writes numbers, and that its sentences have few: every digit that it shows is made here."""
 
-from __future__ import annotations
-
 import math
 import re
 import sys

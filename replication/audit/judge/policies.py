@@ -3,8 +3,6 @@
 A policy that spares one paper spares all. A judgement names those that touched it, and the report lists them.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction

@@ -4,8 +4,6 @@ The digits are the tolerance: a printed number stands for the closed interval of
 either side. All arithmetic is exact (`Fraction`). The forms are those of docs/adding-a-paper.md and `forms`.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -3,8 +3,6 @@
 A decimal number, or one from a hundred on, that does so must be printed in the paper, or be a number of the results.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any

@@ -3,8 +3,6 @@
 docs/verdicts.md has the rules, of which `weighed` is the code.
 """
 
-from __future__ import annotations
-
 import re
 from fractions import Fraction
 from statistics import NormalDist

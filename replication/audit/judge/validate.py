@@ -1,7 +1,5 @@
 """Are the papers' claims well formed, in types and in names? All mistakes are told before anything is computed."""
 
-from __future__ import annotations
-
 import enum
 import re
 from collections import Counter

@@ -1,7 +1,5 @@
 """Verdicts: the one place where a claim and its evidence become a verdict, and are stored with it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction

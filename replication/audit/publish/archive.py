@@ -5,8 +5,6 @@ beside nothing but Python. `replication run` rebuilds it, `replication artifact`
 SHA256SUMS` or `python -m replication artifact --check DIR` tells whether any file was changed.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path, PurePosixPath

@@ -1,7 +1,5 @@
 """What other programs read of an audit: JSON by the templates in `json`, each of which says what it is of."""
 
-from __future__ import annotations
-
 import hashlib
 import html
 import json

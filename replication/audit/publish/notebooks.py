@@ -1,7 +1,5 @@
 """The tutorial notebooks: executed, then written as pages that load nothing."""
 
-from __future__ import annotations
-
 import importlib
 import json
 import re

@@ -4,8 +4,6 @@
 The steps stand here once; the page for readers, the workflow and the container are made of them.
 """
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import io

@@ -5,8 +5,6 @@ says what is still to be filled in (https://codecheck.org.uk/spec/config/2.0/). 
 (https://developers.zenodo.org/#representation).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

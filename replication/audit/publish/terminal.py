@@ -1,7 +1,5 @@
 """A run, a claim and a list of claims in words, for the terminal."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence

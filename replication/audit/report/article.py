@@ -1,7 +1,5 @@
 """For each paper an article and a sheet of corrections, to be printed or sent to its authors, each with its data."""
 
-from __future__ import annotations
-
 import csv
 import io
 import re

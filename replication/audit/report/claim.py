@@ -1,7 +1,5 @@
 """What the report shows of a claim: its entries side by side, in the order of the paper."""
 
-from __future__ import annotations
-
 import contextlib
 import re
 from collections.abc import Iterable, Iterator, Mapping

@@ -1,7 +1,5 @@
 """A printed value and what was computed for it, number by number: digits below each other, interval, drawing."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

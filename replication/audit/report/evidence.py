@@ -1,7 +1,5 @@
 """Evidence as one packed text, which the page unpacks where a claim is opened; proofs to check there; digit ladders."""
 
-from __future__ import annotations
-
 import base64
 import json
 import math

@@ -4,8 +4,6 @@ The frame is 1000 by 1000 and stretched to its place, so that the text beside it
 picture stands where its slider begins.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence

@@ -7,8 +7,6 @@ which have a checksum of their own, are not read. A number that was typed into a
 Briefs, titles and captions are written by hand: a number in them must stand elsewhere in the results.
 """
 
-from __future__ import annotations
-
 import bisect
 import dataclasses
 import re

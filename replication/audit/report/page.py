@@ -5,8 +5,6 @@ and figures give the same bytes. The page is the opening, one page per paper (`p
 verdicts (`sections`). The evidence of the claims is packed, and drawn where a reader opens a claim (`evidence`).
 """
 
-from __future__ import annotations
-
 import base64
 import hashlib
 import json

@@ -1,7 +1,5 @@
 """What the report shows of one paper: its record with counts, claims, tables, figures and errata."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field

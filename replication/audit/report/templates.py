@@ -1,7 +1,5 @@
 """The templates of the report: one file `html/<name>.html.j2` for each section, with the words; formulas as MathML."""
 
-from __future__ import annotations
-
 import re
 import xml.etree.ElementTree as ET
 from functools import cache, partial

@@ -3,8 +3,6 @@
 A paper adds terms of its own in its brief.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping
 

@@ -1,7 +1,5 @@
 """From results to records: every claim answered and judged, every erratum proved, each failure on its own."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence

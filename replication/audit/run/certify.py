@@ -1,7 +1,5 @@
 """Making the certificates of the papers: wanted theorems in, verified files out."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path

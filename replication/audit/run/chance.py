@@ -3,8 +3,6 @@
 They are noted where Python asks for them; shared generators count as unseeded unless the computation seeds them.
 """
 
-from __future__ import annotations
-
 import contextlib
 import decimal
 import functools

@@ -3,8 +3,6 @@
 Each is computed by a fresh process beside its worker, with the sources on the disk now; one that ends, ends no worker.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import platform

@@ -3,8 +3,6 @@
 Its program counts by its place, content and version, a file outside that the line or a script names by its content.
 """
 
-from __future__ import annotations
-
 import contextlib
 import csv
 import io

@@ -3,8 +3,6 @@
 A figure is drawn again only if something that it depends on has changed, or a file is not as it was left.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import math

@@ -4,8 +4,6 @@ What may matter is every file of the project that is not hidden, the package, wh
 installed, and what else was seen to be read. Whatever is in doubt is done again, from results kept one by one.
 """
 
-from __future__ import annotations
-
 import contextlib
 import json
 import os

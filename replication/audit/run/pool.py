@@ -1,7 +1,5 @@
 """Tasks in parallel processes, an answer also for one that kills its process; what was done about each."""
 
-from __future__ import annotations
-
 import contextlib
 import importlib.util
 import os

@@ -1,7 +1,5 @@
 """Verifying one committed certificate as a task of a run; imports the verifier only, so that little renews it."""
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """A run of an audit: compute what changed, reuse the rest, answer the claims, and hand back all that happened."""
 
-from __future__ import annotations
-
 import functools
 import json
 import math

@@ -3,8 +3,6 @@
 What cannot be followed is named. What a module reads while it is imported counts for whoever imports it.
 """
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import json

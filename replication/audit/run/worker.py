@@ -1,7 +1,5 @@
 """One experiment, run: found by name, given its inputs, timed, its result as JSON text or its failure as a sentence."""
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import json

@@ -1,7 +1,5 @@
 """Results kept by content: a JSON file per experiment, valid while nothing that it depends on has changed."""
 
-from __future__ import annotations
-
 import contextlib
 import json
 import math

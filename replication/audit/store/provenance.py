@@ -1,7 +1,5 @@
 """Where results come from: sources, lock, packages, machine. Facts only; nothing here influences a result."""
 
-from __future__ import annotations
-
 import contextlib
 import functools
 import importlib.metadata

@@ -4,8 +4,6 @@ The functional y weighs each coefficient of the identity that Z cannot cancel. I
 dV/dt must be positive semidefinite, and vanish on measured coordinates: linear equations, solved exactly.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from typing import Any
 

@@ -4,8 +4,6 @@ Functionals u are numbered: the point variables, then int t^c f_k(t) dt at point
 ("pair", i, j), i <= j, to the coefficient of u_i u_j, and ("local", c, k, l), k <= l, to that of int t^c f_k f_l dt.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -3,8 +3,6 @@
 Nothing of the solver is trusted: matrices are rounded, then changed in a few entries so that every equality holds.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import product

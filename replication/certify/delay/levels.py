@@ -1,7 +1,5 @@
 """Certificates of observers of systems with delays: levels of Theorem 3 from above, of any observer from below."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """Exact linear algebra, printed decimals as exact numbers, and balls: enclosures that hold for certain."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Sequence
 from fractions import Fraction

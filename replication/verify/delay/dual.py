@@ -4,8 +4,6 @@ The functional is applied to the identity of Theorem 3. It is zero on what Z can
 for every V and N of this degree; so the level is at least its value on 2 v'z over that on |w|^2 + |v|^2.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial

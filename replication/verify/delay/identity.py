@@ -8,8 +8,6 @@ Both sides are sums over the delays i and over pairs (i, j). Without delays, wit
 are then the terms without index, those of each i, and those of each pair, and both sides with any number of delays.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 

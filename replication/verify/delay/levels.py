@@ -1,7 +1,5 @@
 """Observers of systems with delayed states (Peet and Gu): levels from both sides, and characteristic roots."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from operator import le

@@ -3,8 +3,6 @@
 The Pade approximant [N/N] of exp(-s) is q(-s) / q(s), q(s) = sum (2N-k)! / (k! (N-k)!) s^k.
 """
 
-from __future__ import annotations
-
 from math import factorial
 from typing import Any
 

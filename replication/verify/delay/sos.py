@@ -5,8 +5,6 @@ observer the identity dV/dt - gamma(|w|^2 + |v|^2) + 2 v'z + 2<e, Z C2 e> + N = 
 Z can cancel is left out of the comparison; everything else must match exactly. See docs/certificates.md.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product

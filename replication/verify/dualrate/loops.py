@@ -1,7 +1,5 @@
 """Statements on the dual-rate loops of Shao et al.: radius and stability by Φ, growth that a reference excites."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

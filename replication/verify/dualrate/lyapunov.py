@@ -3,8 +3,6 @@
 All norms are spectral; with one input and one output every norm is that of a row or a column.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any

@@ -4,8 +4,6 @@ With s = jσ all signals of the steady state are Im(amplitude · e^{st}) with am
 instants X = (e^{sMT} I − Φ)^{-1} Γ, where Γ is what the command alone brings about in one slow period.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """Statements on the steps of the stability result of Shao et al., Sec. IV."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 from flint import fmpq, fmpq_mat

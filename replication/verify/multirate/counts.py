@@ -1,7 +1,5 @@
 """What can be counted or read off exactly: schedules, sizes of Theorem 2, zeros of gains, ranks, products."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import partial
 from itertools import count

@@ -4,8 +4,6 @@ Matrices are letters, so that the identities hold for plants, signals and period
 noises stand for gamma^2 I.
 """
 
-from __future__ import annotations
-
 from replication.verify.algebra.symbolic import Symbolic, blocks, letters
 from replication.verify.kernel import Identity, decide
 from replication.verify.reading import integer, sized

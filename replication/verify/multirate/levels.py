@@ -1,7 +1,5 @@
 """Two-sided bounds of the gain of given gains, and of the smallest gain of any observer (Theorems 1 and 2)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import combinations

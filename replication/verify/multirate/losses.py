@@ -1,7 +1,5 @@
 """The worst gain over all patterns of losses with at most so many in a row, of an observer whose gains follow them."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Its A, or the diagonal, and what else may differ are parameters, which the list 
 inference, and the theorems say what they imply.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import partial
 from typing import Any

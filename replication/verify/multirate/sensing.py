@@ -4,8 +4,6 @@ x(k+1) = A x(k) + B_d d(k), measured C_k x(k) + D_k w(k) with the rows C_k, D_k 
 With gains L_k: e(k+1) = A_k e(k) + B_k v(k), [A_k B_k] = [A B_d 0] - L_k [C_k 0 D_k], v = (d, w).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial

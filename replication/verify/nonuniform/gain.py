@@ -4,8 +4,6 @@ The gain is the least g with sum w_k |e_k|^2 <= g^2 sum w_k |w_k|^2 from rest, f
 of periods h_k in a range; the weights w_k are 1, or h_k for the gain per duration.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache

@@ -3,8 +3,6 @@
 alpha(h) = ||A Phi(h) (zI - Phi(h))^{-1}||_inf is that of every filter: Sigma_11 of (7) sees the plant's states only.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import isqrt

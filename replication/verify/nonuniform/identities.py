@@ -3,8 +3,6 @@
 Matrices are letters, so that the identities hold for plants, filters and signals of all sizes; numbers are symbols.
 """
 
-from __future__ import annotations
-
 from flint import arb, fmpq, fmpq_mat
 
 from replication.verify.algebra.symbolic import IDENTITY, blocks, letters, number

@@ -1,7 +1,5 @@
 """Statements on the gain of filters under nonuniform sampling: for given filters, and for every filter of form (4)."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial

@@ -7,8 +7,6 @@ the largest modulus of which over the circle is r(a, h) = |e^{ah} - e^{a h_0}|/(
 And what the printed filter is: its output matrix, its observer, its size.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import Decimal

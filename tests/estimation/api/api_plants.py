@@ -1,7 +1,5 @@
 """One small design of each method, made once; plants as `control.StateSpace` objects with names of their own."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache

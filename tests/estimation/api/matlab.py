@@ -3,8 +3,6 @@
 The reader knows the few constructs that such a function uses, and refuses any other.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from contextlib import suppress

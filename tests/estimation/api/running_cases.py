@@ -1,7 +1,5 @@
 """One running observer of each kind, made anew at each call, and something for it to measure."""
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Any
 

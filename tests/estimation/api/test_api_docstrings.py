@@ -1,7 +1,5 @@
 """Docstrings, their examples, and habits of all methods."""
 
-from __future__ import annotations
-
 import dataclasses
 import doctest
 import enum

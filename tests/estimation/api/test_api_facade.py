@@ -1,7 +1,5 @@
 """What holds for the public functions of all four methods: names, laziness, results, exports."""
 
-from __future__ import annotations
-
 import ast
 import importlib
 import io

@@ -1,7 +1,5 @@
 """Observers that run step by step agree with simulations that share no code with them; what is missing is counted."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """What a stranger may try with the public functions: plants of all kinds, and mistakes that must be named."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The C and MATLAB forms of observers, filters, and observers that count losses do what Python does."""
 
-from __future__ import annotations
-
 import ctypes
 import math
 from collections.abc import Callable
@@ -66,7 +64,7 @@ def late(goal: str) -> Any:
     return multirate.design(MOVING, periods=(1, 3), latency=(0.4, 1.75), goal=goal).observer()
 
 
-LOSSES: dict[str, tuple[MultiratePlant, tuple[int, ...], losses.LossModel]] = {
+LOSSES: dict[str, tuple[MultiratePlant, tuple[int, ...], losses.InARow | losses.Independent | losses.Markov]] = {
     "each sensor": (TURNING, (1, 2), losses.InARow((2, 1))),
     "packets": (TURNING, (2, 3), losses.InARow(1, together=True)),
     "one sensor, no inputs": (ALONE, (2,), losses.InARow(3)),

@@ -1,7 +1,5 @@
 """Names and units that a user gives are those of every simulation, its plot, its table and what is exported."""
 
-from __future__ import annotations
-
 import csv
 import io
 import json

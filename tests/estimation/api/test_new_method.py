@@ -1,7 +1,5 @@
 """A method is its mathematics: an observer with a constant gain, given by plant, `solve`, `error_system`, `phases`."""
 
-from __future__ import annotations
-
 import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Running observers in files."""
 
-from __future__ import annotations
-
 import io
 import json
 from pathlib import Path

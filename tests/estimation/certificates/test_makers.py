@@ -1,7 +1,5 @@
 """Makers of certificates, with delays and under nonuniform sampling: exact where it matters, clear where it fails."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any

@@ -1,7 +1,5 @@
 """Solvers on programs with known answers; statuses that are not answers are errors; steps of the interior point."""
 
-from __future__ import annotations
-
 import os
 from typing import Any
 from unittest.mock import patch

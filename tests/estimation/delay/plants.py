@@ -1,7 +1,5 @@
 """Plants for the tests: without noise, some with exact optima; with noise, and observers that nobody designed."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from replication.estimation.delay import DelayObserver, DelayPlant, delay_system

@@ -1,7 +1,5 @@
 """Observers in the closed loop: levels that are kept, norms, simulations; closed forms, a sample of the benchmark."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

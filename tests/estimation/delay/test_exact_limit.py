@@ -1,7 +1,5 @@
 """The least level: against published ones, hand-made formulas, other models of the delay, and invariances."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from math import factorial
 from typing import Any

@@ -1,7 +1,5 @@
 """The exact gain of an observer against moments, grids, random delays, eigenvalues; and how it runs, also in C."""
 
-from __future__ import annotations
-
 import ctypes
 import math
 from dataclasses import replace

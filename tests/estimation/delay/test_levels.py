@@ -1,7 +1,5 @@
 """Theorem 3: least levels against exact optima and invariances, certificates, refusals; models without delays."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from types import SimpleNamespace

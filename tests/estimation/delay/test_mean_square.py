@@ -1,7 +1,5 @@
 """Designs of delay plants for white noise: mean squares with closed forms, the least of any observer, trade-offs."""
 
-from __future__ import annotations
-
 import cmath
 from dataclasses import replace
 from pathlib import Path

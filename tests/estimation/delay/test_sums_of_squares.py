@@ -1,7 +1,5 @@
 """Forms on histories and their cones by quadrature; operators as matrices on values, their inverse, gains, check."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Plants: what is refused and why, coordinates and units, characteristic roots, and modes that y does not see."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

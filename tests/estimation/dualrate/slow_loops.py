@@ -1,7 +1,5 @@
 """Designs shared by the tests of dual-rate loops."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

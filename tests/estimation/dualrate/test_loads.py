@@ -1,7 +1,5 @@
 """Constant loads and set-points: no error at rest, by simulation apart from the library's; the level under loads."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Designs at the slow rate against loops by hand, scipy's Riccati equations, a search, and the exact analysis."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

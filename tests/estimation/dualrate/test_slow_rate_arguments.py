@@ -1,7 +1,5 @@
 """What a design at the slow rate refuses, before anything is solved, and the modes that prove that there is none."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 from unittest.mock import patch

@@ -1,7 +1,5 @@
 """Plants and problems shared by the tests of the multi-rate room."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

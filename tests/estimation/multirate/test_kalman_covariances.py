@@ -1,7 +1,5 @@
 """Stationary covariances against scipy on the lifted plant and a plain recursion; matrices that are refused."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 from unittest.mock import patch

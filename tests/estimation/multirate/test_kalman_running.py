@@ -1,7 +1,5 @@
 """The running filters against conditioning on all measurements at once, against each other, and in C."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

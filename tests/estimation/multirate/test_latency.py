@@ -1,7 +1,5 @@
 """Late samples against plants augmented by hand, the plant run step by step, and the C form."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

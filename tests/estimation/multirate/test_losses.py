@@ -1,7 +1,5 @@
 """Losses in a row, independent and Markov losses: against enumeration, lifting by hand, textbooks, and drawn runs."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import replace
 from itertools import product

@@ -1,7 +1,5 @@
 """Bad input gives its own error before any solver runs; good input is left alone."""
 
-from __future__ import annotations
-
 import functools
 import re
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The steady-state Kalman filter, white-noise performance, time responses and worst cases."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 from unittest.mock import patch

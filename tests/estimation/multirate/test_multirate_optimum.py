@@ -1,7 +1,5 @@
 """The smallest achievable gain: against closed forms, the textbook filter, other methods and its own invariances."""
 
-from __future__ import annotations
-
 import sys
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Sensing schedules and the search of the best timing."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import product
 from math import gcd

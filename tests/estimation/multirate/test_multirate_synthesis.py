@@ -1,7 +1,5 @@
 """Theorems 1 and 2 against the Riccati optimum and the exact norm, on the problems that the paper solves."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import cvxpy

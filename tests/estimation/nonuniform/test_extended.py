@@ -1,7 +1,5 @@
 """The extended Kalman filter against a textbook loop, the linear filter, itself with late samples, and its C form."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 from pathlib import Path

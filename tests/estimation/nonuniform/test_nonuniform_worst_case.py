@@ -1,7 +1,5 @@
 """Sampled plants and filters that are refused; hulls; what a storage function proves: never less than is attained."""
 
-from __future__ import annotations
-
 import math
 from functools import partial
 

@@ -1,7 +1,5 @@
 """The C forms of the estimators with time stamps do what Python does, and compile without a warning."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from functools import cache, partial

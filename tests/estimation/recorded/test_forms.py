@@ -1,7 +1,5 @@
 """Every form along a log is its running filter; the likelihood is that of the joint density, with its derivatives."""
 
-from __future__ import annotations
-
 import warnings
 from dataclasses import replace
 from itertools import pairwise

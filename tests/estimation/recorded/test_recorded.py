@@ -1,7 +1,5 @@
 """Replay and fit on simulated logs of known truth, and logs that are refused."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

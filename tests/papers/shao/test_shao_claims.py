@@ -1,7 +1,5 @@
 """Every check of this paper can fail: a perturbed result, print or plant turns its pinned verdict."""
 
-from __future__ import annotations
-
 import copy
 import json
 from collections.abc import Callable

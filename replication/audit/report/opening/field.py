@@ -1,7 +1,5 @@
 """The answer in a sentence, and all claims in one picture: a row for each paper, a column for each consequence."""
 
-from __future__ import annotations
-
 import re
 from collections import defaultdict
 from collections.abc import Sequence

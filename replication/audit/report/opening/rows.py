@@ -4,8 +4,6 @@ A paper declares headline and picture in its brief. One that does not is told by
 entries of its first table, so that a project of any field has an opening.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterable, Mapping

@@ -4,8 +4,6 @@ Numbers in them are filled in from the run, as `Brief` describes, and `{name:rou
 number rounded as the print is. A card has several sentences, each as short as any other.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterable, Mapping

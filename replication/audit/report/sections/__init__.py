@@ -7,8 +7,6 @@ example), and a section that is about all papers together stands first. What is 
 as numbers, which the templates write: a number inside a text of a builder's own stops the build (`guard`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """The papers side by side: one plant, a sensor that is slower, less regular or later, and what that costs."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Sequence

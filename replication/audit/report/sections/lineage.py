@@ -1,7 +1,5 @@
 """What stands behind the claims: theorems, experiments, allowances, and the rounding of the digits."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Designs for general delay plants: levels against the exact ones, exact gains within them, refusals with a reason."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from functools import cache

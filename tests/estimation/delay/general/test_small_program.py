@@ -1,7 +1,5 @@
 """A delay plant as lines, the small program against integrals and another solver, its gains; the page, its record."""
 
-from __future__ import annotations
-
 import copy
 
 import numpy as np
