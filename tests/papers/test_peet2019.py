@@ -54,10 +54,10 @@ def test_the_storage_is_coercive_by_the_corrected_difference() -> None:
 
 
 def test_a_wrong_term_in_lmi_3_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    def larger(p: Array, z: Array, plant: dict[str, Array], gamma: float) -> Array:
-        return matrix_3(p, z, plant, 1.1 * gamma)
+    def smaller(p: Array, z: Array, plant: dict[str, Array], gamma: float) -> Array:
+        return matrix_3(p, z, plant | {"c1": 0.5 * plant["c1"]}, gamma)
 
-    monkeypatch.setattr("papers.peet2019.experiments.finite.matrix_3", larger)
+    monkeypatch.setattr("papers.peet2019.experiments.finite.matrix_3", smaller)
     found = lmi_3(10, 5)
     assert found["largest"] > 1.0 and found["form"] > 1e-3
 

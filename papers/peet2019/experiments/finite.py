@@ -21,8 +21,6 @@ ABOVE = 1.02
 """Level, over the gain of the error dynamics, for which P is made."""
 SLACK = 1e-4
 """Weight of |e|² in the Riccati equation, which makes the inequality strict."""
-TIGHT = 1e-9
-"""Relative width to which the least γ of (3) is bisected."""
 
 
 def matrix_3(p: Array, z: Array, plant: dict[str, Array], gamma: float) -> Array:
@@ -38,17 +36,11 @@ def matrix_3(p: Array, z: Array, plant: dict[str, Array], gamma: float) -> Array
     )
 
 
-def least_level(p: Array, z: Array, plant: dict[str, Array], start: float) -> float:
-    """Upper end of a bracket of the least γ at which (3) holds for P and Z; doubled from `start` until it does."""
-    high = start
-    while np.linalg.eigvalsh(matrix_3(p, z, plant, high))[-1] >= 0.0:
-        high *= 2.0
-    low = 0.0
-    while high - low > TIGHT * high:
-        middle = (low + high) / 2.0
-        holds = np.linalg.eigvalsh(matrix_3(p, z, plant, middle))[-1] < 0.0
-        low, high = (low, middle) if holds else (middle, high)
-    return high
+def least_level(p: Array, z: Array, plant: dict[str, Array]) -> float:
+    """The least γ at which (3) holds for P and Z, by its Schur complement."""
+    matrix = matrix_3(p, z, plant, 0.0)
+    cross = matrix[:N, N:]
+    return float(scipy.linalg.eigh(cross @ cross.T, -matrix[:N, :N], eigvals_only=True)[-1])
 
 
 def lmi_3(trials: int, seed: int) -> dict[str, Any]:
@@ -68,7 +60,7 @@ def lmi_3(trials: int, seed: int) -> dict[str, Any]:
         weight = plant["c1"].T @ plant["c1"] / level + SLACK * np.eye(N)
         p = np.asarray(scipy.linalg.solve_continuous_are(a, b, weight, -level * np.eye(INPUTS)))
         z = p @ gain
-        least = least_level(p, z, plant, level)
+        least = least_level(p, z, plant)
         injection = np.linalg.solve(p, z)
         ratios.append(_gain(plant, injection) / least)
         storage.append(float(np.linalg.eigvalsh(p)[0]))

@@ -50,7 +50,7 @@ BELOW = {FAST: ("fast sensor", 5.0, -1, "left"), RESTARTED: ("restarted predicto
 
 def _grown(c: Columns) -> float:
     """x of the printed loop at the end of the upper panel."""
-    return min(zip(c["time_s"], c[APO], strict=True), key=lambda at: abs(at[0] - ENDS[0]))[1]
+    return float(min(zip(c["time_s"], c[APO], strict=True), key=lambda at: abs(at[0] - ENDS[0]))[1])
 
 
 def _told_counter_example(c: Columns) -> dict[str, Any]:

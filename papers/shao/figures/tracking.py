@@ -205,7 +205,7 @@ PLACES = {
 
 
 def _largest(c: Columns, parameter: str, loop: str = APO) -> float:
-    return max(c[f"{parameter}_{loop}"])
+    return float(max(c[f"{parameter}_{loop}"]))
 
 
 def _told_robustness_curves(c: Columns) -> dict[str, Any]:
