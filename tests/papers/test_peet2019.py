@@ -14,7 +14,7 @@ from papers.peet2019.claims.theory import GROUPS, OF_OUR_COPY
 from papers.peet2019.experiments import scaling
 from papers.peet2019.experiments.declared import OFF_THE_PRINT
 from papers.peet2019.experiments.examples import as_printed, refuted, synthesised
-from papers.peet2019.experiments.finite import lmi_3, matrix_3
+from papers.peet2019.experiments.finite import N, lmi_3, matrix_3
 from papers.peet2019.experiments.identities import DELAYS, MISPRINTS, Poly, coercive, sample, storage
 from papers.peet2019.experiments.readings import HOUSE, READINGS, Rule, attainable, blocks_of, inside
 from papers.peet2019.printed import COLUMNS, DATA, DELAY_COUNTS, EXAMPLES, STATES, published
@@ -55,7 +55,9 @@ def test_the_storage_is_coercive_by_the_corrected_difference() -> None:
 
 def test_a_wrong_term_in_lmi_3_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
     def smaller(p: Array, z: Array, plant: dict[str, Array], gamma: float) -> Array:
-        return matrix_3(p, z, plant | {"c1": 0.5 * plant["c1"]}, gamma)
+        matrix = matrix_3(p, z, plant, gamma)
+        matrix[:N, N:] *= 0.9
+        return matrix
 
     monkeypatch.setattr("papers.peet2019.experiments.finite.matrix_3", smaller)
     found = lmi_3(10, 5)
