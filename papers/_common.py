@@ -99,18 +99,17 @@ def signal(x: float) -> float:
 def curve(draws: Draws, height: Callable[[float], float] = signal, first: float = FIRST, last: float = LAST) -> Stroke:
     """A smooth line from `first` to `last`."""
     steps = max(2, round((last - first) / 5))
-    xs = [first + (last - first) * step / steps for step in range(steps + 1)]
-    return Stroke(draws=draws, points=tuple((round(x, 1), round(height(x), 1)) for x in xs))
+    return dots(draws, (first + (last - first) * step / steps for step in range(steps + 1)), height)
 
 
 def dots(draws: Draws, xs: Iterable[float], height: Callable[[float], float] = signal) -> Stroke:
-    """A dot at each of `xs`."""
+    """A dot, or a tick, at each of `xs`."""
     return Stroke(draws=draws, points=tuple((round(x, 1), round(height(x), 1)) for x in xs))
 
 
 def ticks(draws: Draws, xs: Iterable[float], y: float) -> Stroke:
     """A tick down to the height `y` at each of `xs`."""
-    return Stroke(draws=draws, points=tuple((round(x, 1), y) for x in xs))
+    return dots(draws, xs, lambda x: y)
 
 
 def label(text: str, x: float, y: float, draws: Draws = Draws.LABEL) -> Stroke:

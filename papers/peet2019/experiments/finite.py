@@ -11,6 +11,7 @@ import numpy as np
 import scipy
 
 from papers.peet2019.method import pade_model, riccati_gain
+from replication.audit.judge.numerals import layout
 from replication.audit.judge.printed import Parameters, spread
 from replication.estimation.delay.plant import delay_system
 from replication.estimation.linear.norms import continuous_norm
@@ -131,7 +132,9 @@ def _gain(plant: dict[str, Array], gain: Array) -> float:
 def pade_level(plant: dict[str, Any], order: int, claim: str) -> dict[str, Any]:
     """The Riccati gain of the Padé model of `plant`; moved are A_0, A_i and the delays."""
     delays = {f"tau_{i + 1}": f"{tau:g}" for i, tau in enumerate(plant["delays"])}
-    blocks = {f"A_{i}": _printed(block) for i, block in enumerate([plant["a0"], *plant["a"]])}
+    blocks = {
+        f"A_{i}": layout(tuple(map(tuple, block)), "{:g}".format) for i, block in enumerate([plant["a0"], *plant["a"]])
+    }
 
     def compute(numbers: Parameters) -> dict[str, float]:
         a0, *delayed = (numbers[name] for name in blocks)
@@ -140,8 +143,3 @@ def pade_level(plant: dict[str, Any], order: int, claim: str) -> dict[str, Any]:
         return {claim: float(riccati_gain(pade_model(moved, order)))}
 
     return spread({**blocks, **delays}, compute)
-
-
-def _printed(block: list[list[float]]) -> str:
-    """A matrix as it is printed: whole numbers without a point."""
-    return "[" + "; ".join(" ".join(f"{entry:g}" for entry in row) for row in block) + "]"
