@@ -28,15 +28,6 @@ from replication.verify.delay.sos import bases, kernels
 ROUNDING = 1e-10
 
 
-def test_every_printed_cell_of_the_tables_is_a_claim() -> None:
-    printed = sorted(claim.printed for claim in PAPER.claims if claim.printed)
-    cells = [DATA[f"{row}-{name}"][column] for row in ("gamma", "seconds") for name in EXAMPLES for column in COLUMNS]
-    cells += [text for *_, text in published()]
-    for text in cells:
-        assert text in printed
-        printed.remove(text)
-
-
 def test_misprints_of_the_identity_that_may_be_of_the_copy_are_those_of_the_errata_that_say_so() -> None:
     errata = {erratum.id.removeprefix("peet2019."): erratum for erratum in PAPER.errata}
     assert {name for name in GROUPS if errata[name].scan} == set(OF_OUR_COPY)
