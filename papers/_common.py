@@ -227,5 +227,6 @@ def _require_same(what: str, entries: Iterable[str], functions: Iterable[str]) -
 
 
 def parts_of(*modules: ModuleType) -> tuple[Part, ...]:
-    """The parts that are names of modules of claims."""
-    return tuple(value for module in modules for value in vars(module).values() if isinstance(value, Part))
+    """The parts that are names of modules of claims, each once."""
+    values = (value for module in modules for value in vars(module).values())
+    return tuple(dict.fromkeys(value for value in values if isinstance(value, Part)))

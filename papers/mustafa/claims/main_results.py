@@ -37,8 +37,8 @@ def reached(results: Results, end: str) -> Evidence:
     ends = {e: results[f"condition.{e}"]["ends"][end] for e in EXAMPLES}
     return rounded(
         max(abs(at["bound"] - 1) for at in ends.values()),
-        method="Alpha times the integral of e^{mu t} from the middle of the range to the end of (9), by quadrature: one "
-        "at the end, and less before it. Largest distance from one over both examples.",
+        method="Alpha times the integral of e^{mu t} from the middle of the range to the end of (9), by quadrature: "
+        "one at the end, and less before it. Largest distance from one over both examples.",
         quantities={
             **{f"alpha times the bound at the end, Example {e}": at["bound"] for e, at in ends.items()},
             **{f"alpha times |Delta| at the end, Example {e}": at["size"] for e, at in ends.items()},
