@@ -15,6 +15,7 @@ from papers.mustafa.method import CORRECT
 from papers.mustafa.printed import DATA as MUSTAFA
 from papers.peet2019.printed import DATA as PEET
 from papers.shao import printed as shao
+from replication.audit.judge.verdict import AGREES
 from replication.audit.model import Claim, Erratum, Kind, Verdict
 from replication.audit.parts import Paper
 from replication.audit.run.runner import Outcome
@@ -125,6 +126,14 @@ def results_of(paper: Paper, uses: Iterable[str], fresh_run: Outcome) -> Results
 
 def judged(paper: Paper, claim: Claim) -> Callable[[Results], Verdict]:
     return lambda results: verdict(paper, claim, results, proof=True)
+
+
+@pytest.mark.parametrize("key", papers.KEYS)
+def test_a_correction_counts_only_with_its_proof(key: str, fresh_run: Outcome) -> None:
+    (paper,) = papers.load([key])
+    for claim in (claim for claim in paper.claims if claim.erratum and claim.expected in AGREES):
+        results = results_of(paper, claim.uses, fresh_run)
+        assert verdict(paper, claim, results, proof=False) not in (*AGREES, Verdict.ERROR), claim.id
 
 
 def proved(paper: Paper, erratum: Erratum, results: Results) -> Callable[[Results], bool]:

@@ -117,13 +117,13 @@ CHECKED = {name for name, claim in CLAIMS.items() if claim.kind is not Kind.CITE
 """All but citations and what the text does not settle, whose outcomes must turn, not their verdict."""
 
 
-def verdict_on(claim: Claim, results: Results, proof_holds: bool = True) -> Verdict:
-    return verdict(PAPER, claim, results, proof=proof_holds)
+def verdict_on(claim: Claim, results: Results) -> Verdict:
+    return verdict(PAPER, claim, results, proof=True)
 
 
-def fails(claim: Claim, results: Results, proof_holds: bool = True) -> bool:
+def fails(claim: Claim, results: Results) -> bool:
     """Whether the verdict is neither agreement nor an error."""
-    return verdict_on(claim, results, proof_holds) not in (*GOOD, Verdict.ERROR)
+    return verdict_on(claim, results) not in (*GOOD, Verdict.ERROR)
 
 
 def outcomes_of(name: str, results: Results) -> dict[str, Outcome]:
@@ -145,15 +145,6 @@ def test_a_claim_agrees_where_the_results_bear_it_out(name: str) -> None:
 def test_a_claim_fails_with_another_print(name: str) -> None:
     claim = CLAIMS[name]
     assert fails(msgspec.structs.replace(claim, printed=f"{float(claim.printed) * 1.01:.4f}"), agreeing())
-
-
-@pytest.mark.parametrize("name", sorted(name for name, claim in CLAIMS.items() if claim.erratum))
-def test_a_correction_counts_only_with_its_proof(name: str) -> None:
-    (erratum,) = (one for one in PAPER.errata if one.id == CLAIMS[name].erratum)
-    corrected = Verdict.CONSISTENT if erratum.scan else Verdict.REPRODUCED_AFTER_ERRATUM
-    best = Verdict.COMPATIBLE if name in OURS else corrected
-    assert verdict_on(CLAIMS[name], agreeing()) is best
-    assert fails(CLAIMS[name], agreeing(), proof_holds=False)
 
 
 def test_a_cell_that_reaches_no_level_does_not_run_on_a_desktop() -> None:
