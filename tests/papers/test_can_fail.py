@@ -15,8 +15,7 @@ from papers.mustafa.method import CORRECT
 from papers.mustafa.printed import DATA as MUSTAFA
 from papers.peet2019.printed import DATA as PEET
 from papers.shao import printed as shao
-from replication.audit.judge.verdict import AGREES
-from replication.audit.model import Claim, Erratum, Kind, Verdict
+from replication.audit.model import AGREES, Claim, Erratum, Kind, Verdict
 from replication.audit.parts import Paper
 from replication.audit.run.runner import Outcome
 
@@ -26,12 +25,6 @@ CHANGES: tuple[Callable[[float], float], ...] = (
     lambda x: 1e3 * x + 1, lambda x: -x - 1e-3, lambda x: 0.99 * x, lambda x: 0,
 )  # fmt: skip
 ALL = "every number"
-
-
-def as_printed(row: int) -> Fault:
-    """Under every reading the errors are those of the table."""
-    column = [float(text) for text in shao.table_1("DRC-APO")]
-    return put("table/readings/apo", dict.fromkeys(shao.READ["apo"], column))
 
 
 def windows_as_printed(results: Results) -> None:
@@ -45,7 +38,10 @@ BY_HAND: dict[str, Fault] = {
     **{f"mustafa.algorithm.{e}": put(f"grids.{e}/algorithm/{CORRECT.name}/end", "STALLED") for e in (1, 2)},
     "mustafa.grid-size.example-1": put(f"grids.1/algorithm/{CORRECT.name}/size", int(MUSTAFA["grid-size-1"])),
     "shao.theory.prediction-bound": put("theorem/scalar_gap", (0.5, 1.0)),
-    **{f"shao.table.apo-{row}": as_printed(row) for row in (1, 2, 3)},
+    **dict.fromkeys(
+        (f"shao.table.apo-{row}" for row in (1, 2, 3)),
+        put("table/readings/apo", dict.fromkeys(shao.READ["apo"], tuple(map(float, shao.table_1("DRC-APO"))))),
+    ),
     "shao.table.any-window": windows_as_printed,
 }
 """What turns the verdict where one factor for all numbers of a name does not: words, or numbers that must agree."""
