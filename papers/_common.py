@@ -8,7 +8,7 @@ import math
 import tomllib
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import partial, wraps
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -87,11 +87,6 @@ def by_margin(margins: Mapping[str, float], **fields: Any) -> Evidence:
     return Evidence(holds=outcomes[0].holds, margin=outcomes[0].margin, outcomes=outcomes, **fields)
 
 
-def figure_data(named: Mapping[str, Iterable[float]]) -> FigureData:
-    """The data of a figure by the names of its columns."""
-    return FigureData(columns={name: tuple(map(float, values)) for name, values in named.items()})
-
-
 FIRST, LAST = 8, 312
 """Where the signal begins and ends, in the frame of a sketch."""
 
@@ -104,18 +99,17 @@ def signal(x: float) -> float:
 def curve(draws: Draws, height: Callable[[float], float] = signal, first: float = FIRST, last: float = LAST) -> Stroke:
     """A smooth line from `first` to `last`."""
     steps = max(2, round((last - first) / 5))
-    xs = [first + (last - first) * step / steps for step in range(steps + 1)]
-    return Stroke(draws=draws, points=tuple((round(x, 1), round(height(x), 1)) for x in xs))
+    return dots(draws, (first + (last - first) * step / steps for step in range(steps + 1)), height)
 
 
 def dots(draws: Draws, xs: Iterable[float], height: Callable[[float], float] = signal) -> Stroke:
-    """A dot at each of `xs`."""
+    """A dot, or a tick, at each of `xs`."""
     return Stroke(draws=draws, points=tuple((round(x, 1), round(height(x), 1)) for x in xs))
 
 
 def ticks(draws: Draws, xs: Iterable[float], y: float) -> Stroke:
     """A tick down to the height `y` at each of `xs`."""
-    return Stroke(draws=draws, points=tuple((round(x, 1), y) for x in xs))
+    return dots(draws, xs, lambda x: y)
 
 
 def label(text: str, x: float, y: float, draws: Draws = Draws.LABEL) -> Stroke:
@@ -125,7 +119,9 @@ def label(text: str, x: float, y: float, draws: Draws = Draws.LABEL) -> Stroke:
 
 Proofs = Mapping[str, Callable[[str, Results], Proof]]
 """Errata by name: what proves each, from the words of its proof and the results."""
-Drawn = Mapping[str, tuple[Callable[..., FigureData], Callable[..., Any], Callable[..., Mapping[str, Any]]]]
+Columns = Mapping[str, Any]
+"""The data of a figure: sequences of numbers by name."""
+Drawn = Mapping[str, tuple[Callable[..., Columns], Callable[..., Any], Callable[..., Mapping[str, Any]]]]
 """Figures by name: what gives the data from results, what draws them, and what their words name."""
 
 
@@ -180,7 +176,7 @@ class Told:
             entry = dict(self.said["figures"][name])
             title, alt = (partial(_worded, entry.pop(word), facts) for word in ("title", "alt"))
             fields = {**self._filled(entry), "uses": tuple(entry["uses"])}
-            figures.append(Figure(name=name, data=data, plot=plot, title=title, alt=alt, **fields))
+            figures.append(Figure(name=name, data=_data(data), plot=_plot(plot), title=title, alt=alt, **fields))
         return tuple(figures)
 
     def findings(self, facts: Callable[[Results], Mapping[str, Any]]) -> Callable[[Results], tuple[str, ...]]:
@@ -205,8 +201,20 @@ class Told:
             raise AuditError(f"told.toml has {{{missing.args[0]}}} in {row}; give that number to `Told.read`") from None
 
 
-def _worded(text: str, facts: Callable[[FigureData], Mapping[str, Any]], figure: FigureData) -> str:
-    return text.format(**{**figure.columns, **facts(figure)})
+def _worded(text: str, facts: Callable[[Columns], Mapping[str, Any]], figure: FigureData) -> str:
+    return text.format(**{**figure.columns, **facts(figure.columns)})
+
+
+def _data(function: Callable[[Results], Columns]) -> Callable[[Results], FigureData]:
+    return wraps(function)(
+        lambda results: FigureData(
+            columns={name: tuple(map(float, values)) for name, values in function(results).items()}
+        )
+    )
+
+
+def _plot(function: Callable[[Columns], Any]) -> Callable[[FigureData], Any]:
+    return wraps(function)(lambda figure: function(figure.columns))
 
 
 def _require_same(what: str, entries: Iterable[str], functions: Iterable[str]) -> None:
@@ -219,5 +227,6 @@ def _require_same(what: str, entries: Iterable[str], functions: Iterable[str]) -
 
 
 def parts_of(*modules: ModuleType) -> tuple[Part, ...]:
-    """The parts that are names of modules of claims."""
-    return tuple(value for module in modules for value in vars(module).values() if isinstance(value, Part))
+    """The parts that are names of modules of claims, each once."""
+    values = (value for module in modules for value in vars(module).values())
+    return tuple(dict.fromkeys(value for value in values if isinstance(value, Part)))

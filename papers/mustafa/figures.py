@@ -3,11 +3,10 @@
 from decimal import Decimal
 from typing import Any
 
-from papers._common import figure_data
+from papers._common import Columns
 from papers.mustafa.claims.preliminaries import down, times, up
 from papers.mustafa.printed import EXAMPLES, GAMMA
 from replication.audit.model import Results
-from replication.audit.parts import FigureData
 from replication.drawing.style import FOREGROUND, GREY, OURS, SOFT, line, name_axes, name_end, name_line, new_axes, say
 
 OF_FILTER = {1: "our filter", 2: "printed filter"}
@@ -15,7 +14,7 @@ SHOWN, ZOOMED = 400, 120
 """Last samples of the worst sequence of Example 1 in its table, and the first of them in its picture."""
 
 
-def curves(results: Results) -> FigureData:
+def curves(results: Results) -> Columns:
     """gamma*(h), the norm of the filter at constant periods, its bracket over all sequences, the published level."""
     columns: dict[str, list[float]] = {}
     for e in EXAMPLES:
@@ -23,17 +22,16 @@ def curves(results: Results) -> FigureData:
         columns |= {f"{name}_{e}": r[name] for name in ("h", "optimum", "filter")}
         columns |= {f"middle_{e}": [r["middle"]], f"published_{e}": [float(GAMMA[e])]}
         columns |= {f"{end}_{e}": [results[f"bracket.{e}"][end]] for end in ("lower", "upper")}
-    return figure_data(columns)
+    return columns
 
 
-def plot_curves(figure: FigureData) -> Any:
+def plot_curves(c: Columns) -> Any:
     """One panel per example: what happens at constant periods, and the worst case above."""
-    c = figure.columns
     drawing, axes = new_axes(len(EXAMPLES), row_height=2.3, share_x=False)
     for e, axis in zip(EXAMPLES, axes, strict=True):
         h, low, top = c[f"h_{e}"], c[f"lower_{e}"][0], c[f"upper_{e}"][0]
         axis.axhspan(low, top, color=OURS, linewidth=0.8)
-        say(axis, f"period varies: at least {down(low)}, ×{_excess(figure, e)}", (h[0], top), ha="left", color=OURS)
+        say(axis, f"period varies: at least {down(low)}, ×{_excess(c, e)}", (h[0], top), ha="left", color=OURS)
         (curve,) = axis.plot(h, c[f"filter_{e}"], **line(0))
         (optimum,) = axis.plot(h, c[f"optimum_{e}"], **line(1))
         name_end(axis, curve, OF_FILTER[e].replace(" ", "\n"), lift=8)
@@ -49,41 +47,39 @@ def plot_curves(figure: FigureData) -> Any:
     return drawing
 
 
-def told_curves(figure: FigureData) -> dict[str, Any]:
+def told_curves(c: Columns) -> dict[str, Any]:
     """How much larger the gains are than the printed levels, largest gains, and the jump of the first curve."""
-    c = figure.columns
     steps = [b - a for a, b in zip(c["optimum_1"], c["optimum_1"][1:], strict=False)]
     examples = "; ".join(
         f"Example {e}: published {c[f'published_{e}'][0]} at {c[f'middle_{e}'][0]:.4f} s, {OF_FILTER[e]} at "
         f"constant periods up to {max(c[f'filter_{e}']):.4f}, the optimum up to {max(c[f'optimum_{e}']):.4f}; its "
         f"gain over all sequences lies between {down(c[f'lower_{e}'][0])} and {up(c[f'upper_{e}'][0])}, at least "
-        f"{_excess(figure, e)} times the printed level"
+        f"{_excess(c, e)} times the printed level"
         for e in EXAMPLES
     )
     jump = max(steps)
     return {
-        "excess": [_excess(figure, e) for e in EXAMPLES],
+        "excess": [_excess(c, e) for e in EXAMPLES],
         "examples": examples,
         "jump": jump,
         "at": c["h_1"][steps.index(jump)],
     }
 
 
-def _excess(figure: FigureData, e: int) -> Decimal:
-    return times(figure.columns[f"lower_{e}"][0], GAMMA[e])
+def _excess(c: Columns, e: int) -> Decimal:
+    return times(c[f"lower_{e}"][0], GAMMA[e])
 
 
-def brackets(results: Results) -> FigureData:
+def brackets(results: Results) -> Columns:
     """Lower and upper ends against h_u; for the range of the example the narrower ones of the report."""
     *rows, (h_u, lower, upper) = results["against-range"]["rows"]
     best = results["bracket.1"]
     rows.append([h_u, max(lower, best["lower"]), min(upper, best["upper"])])
-    return figure_data(dict(zip(("h_u", "lower", "upper"), zip(*rows, strict=True), strict=True)))
+    return dict(zip(("h_u", "lower", "upper"), zip(*rows, strict=True), strict=True))
 
 
-def plot_brackets(figure: FigureData) -> Any:
+def plot_brackets(c: Columns) -> Any:
     """The bracket as a band."""
-    c = figure.columns
     drawing, (axis,) = new_axes(1, row_height=2.3)
     axis.fill_between(c["h_u"], c["lower"], c["upper"], color=SOFT, linewidth=0)
     (upper,) = axis.plot(c["h_u"], c["upper"], marker="v", **line(0))
@@ -96,25 +92,24 @@ def plot_brackets(figure: FigureData) -> Any:
     return drawing
 
 
-def told_brackets(figure: FigureData) -> dict[str, Any]:
+def told_brackets(c: Columns) -> dict[str, Any]:
     """First and last bracket, and how much the worst case grows at least."""
-    h_u, lower, upper = figure.columns.values()
+    h_u, lower, upper = c.values()
     ends = "; ".join(f"h_u = {h_u[i]:.4f} s: between {down(lower[i])} and {up(upper[i])}" for i in (0, -1))
     return {"growth": down(lower[-1] / upper[0], 1), "widest": h_u[-1], "ends": ends}
 
 
-def worst(results: Results) -> FigureData:
+def worst(results: Results) -> Columns:
     """The last samples of the worst sequence of Example 1, its disturbance and error, scaled to a disturbance of
     one; the gain that the whole sequence reaches."""
     r = results["bracket.1"]
     size = max(map(abs, r["w"][-SHOWN:]))
     scaled = {name: [value / size for value in r[name][-SHOWN:]] for name in ("w", "e")}
-    return figure_data({"k": range(SHOWN), "h": r["periods"][-SHOWN:], **scaled, "gain": [r["lower"]]})
+    return {"k": range(SHOWN), "h": r["periods"][-SHOWN:], **scaled, "gain": [r["lower"]]}
 
 
-def plot_worst(figure: FigureData) -> Any:
+def plot_worst(c: Columns) -> Any:
     """The first samples against time: periods, disturbance, error; each value is held over its period."""
-    c = figure.columns
     drawing, axes = new_axes(3, row_height=1.15)
     instants = [sum(c["h"][:k]) for k in range(ZOOMED)]
     for axis, (name, label, colour) in zip(
@@ -128,9 +123,9 @@ def plot_worst(figure: FigureData) -> Any:
     return drawing
 
 
-def told_worst(figure: FigureData) -> dict[str, Any]:
+def told_worst(c: Columns) -> dict[str, Any]:
     """What the sequence does to the gain, its share of long periods, and the peak of the error."""
-    h, gain = figure.columns["h"], figure.columns["gain"][0]
+    h, gain = c["h"], c["gain"][0]
     short, long = min(h), max(h)
     return {
         "reached": down(gain),
@@ -139,7 +134,7 @@ def told_worst(figure: FigureData) -> dict[str, Any]:
         "of": len(h),
         "long": long,
         "short": short,
-        "peak": max(map(abs, figure.columns["e"])),
+        "peak": max(map(abs, c["e"])),
     }
 
 
@@ -150,17 +145,14 @@ FIRST = 60
 """The first samples of Fig. 3, as many as can be told apart."""
 
 
-def responses(results: Results) -> FigureData:
+def responses(results: Results) -> Columns:
     """One draw of the error, the band of all and how many they are, and the disturbance."""
     r = results["draws"]
-    return figure_data(
-        {name: r[name] for name in ("k", "w", "e", "band_low", "band_high")} | {"draws": [len(r["ratios"])]}
-    )
+    return {name: r[name] for name in ("k", "w", "e", "band_low", "band_high")} | {"draws": [len(r["ratios"])]}
 
 
-def plot_responses(figure: FigureData) -> Any:
+def plot_responses(c: Columns) -> Any:
     """Disturbance, band and one draw on one axis."""
-    c = figure.columns
     drawing, (axis,) = new_axes(1, row_height=2.4)
     axis.fill_between(c["k"], c["band_low"], c["band_high"], color=SOFT, linewidth=0)
     (disturbance,) = axis.plot(c["k"], c["w"], linewidth=1.1, color=FOREGROUND, linestyle="--")
@@ -176,9 +168,8 @@ def plot_responses(figure: FigureData) -> Any:
     return drawing
 
 
-def told_responses(figure: FigureData) -> dict[str, Any]:
+def told_responses(c: Columns) -> dict[str, Any]:
     """Peaks of disturbance and error in these draws, which are no bound for others."""
-    c = figure.columns
     return {
         "samples": len(c["k"]),
         "disturbance": max(map(abs, c["w"])),
@@ -187,19 +178,19 @@ def told_responses(figure: FigureData) -> dict[str, Any]:
     }
 
 
-def intervals(results: Results) -> FigureData:
+def intervals(results: Results) -> Columns:
     """The sampling periods of the same draw."""
     r = results["draws"]
-    return figure_data({"k": r["k"], "h": r["periods"]})
+    return {"k": r["k"], "h": r["periods"]}
 
 
-def plot_intervals(figure: FigureData) -> Any:
+def plot_intervals(c: Columns) -> Any:
     """The first periods as steps; beside them how often each length occurs among all."""
-    h = figure.columns["h"]
+    h = c["h"]
     drawing, (axis, counts) = new_axes(
         1, 2, row_height=1.9, share_x=False, sharey=True, gridspec_kw={"width_ratios": (3, 1)}
     )
-    axis.step(figure.columns["k"][:FIRST], h[:FIRST], where="post", linewidth=1.1, color=OURS)
+    axis.step(c["k"][:FIRST], h[:FIRST], where="post", linewidth=1.1, color=OURS)
     for end, side in ((min(h), -1), (max(h), 1)):
         axis.axhline(end, color=GREY, linestyle="--", linewidth=1.1)
         say(axis, f"{'shortest' if side < 0 else 'longest'} {end:.4f} s", (FIRST / 2, end), side=side, color=GREY)
@@ -210,9 +201,9 @@ def plot_intervals(figure: FigureData) -> Any:
     return drawing
 
 
-def told_intervals(figure: FigureData) -> dict[str, Any]:
+def told_intervals(c: Columns) -> dict[str, Any]:
     """Range and mean of the periods."""
-    h = figure.columns["h"]
+    h = c["h"]
     return {"count": len(h), "least": min(h), "most": max(h), "mean": sum(h) / len(h), "first": FIRST}
 
 

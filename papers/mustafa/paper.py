@@ -2,12 +2,9 @@
 
 from typing import Any
 
-from papers._common import MINCX, POSITION, Told, common_levels, curve, dots, label, signal, ticks
-from papers.mustafa.claims.algorithm import ALGORITHM_1, ROBUST_PERFORMANCE
-from papers.mustafa.claims.examples import LEVELS, RESPONSE
-from papers.mustafa.claims.guarantees import ABSTRACT
-from papers.mustafa.claims.main_results import THEOREM_1, THEOREM_2, THEOREM_3
-from papers.mustafa.claims.preliminaries import LEMMAS, covers_as_step_3_prints, down, on_motor, printed_runs, times, up
+from papers._common import MINCX, POSITION, Told, common_levels, curve, dots, label, parts_of, signal, ticks
+from papers.mustafa.claims import algorithm, examples, guarantees, main_results, preliminaries
+from papers.mustafa.claims.preliminaries import covers_as_step_3_prints, down, on_motor, printed_runs, times, up
 from papers.mustafa.errata import PROOFS
 from papers.mustafa.experiments.declared import EXPERIMENTS, LIMIT, TRIED
 from papers.mustafa.experiments.draws import LAWS
@@ -30,7 +27,7 @@ def _higher(x: float) -> float:
     return signal(x) - 14
 
 
-PARTS = (ABSTRACT, LEMMAS, THEOREM_1, THEOREM_2, THEOREM_3, ALGORITHM_1, ROBUST_PERFORMANCE, LEVELS, RESPONSE)
+PARTS = parts_of(guarantees, preliminaries, main_results, algorithm, examples)
 TOLD = Told.read(__file__, mincx=MINCX, above=ABOVE, **LAWS)
 BRIEF = TOLD.brief(
     Sketch(

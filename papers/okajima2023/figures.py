@@ -5,10 +5,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from papers._common import Drawn, figure_data
+from papers._common import Columns, Drawn
 from papers.okajima2023.experiments.declared import PERIOD_TABLE
 from replication.audit.model import Results
-from replication.audit.parts import FigureData
 from replication.drawing.style import (
     BAND,
     FOREGROUND,
@@ -24,28 +23,23 @@ from replication.drawing.style import (
 )
 
 
-def table_of_periods(results: Results) -> FigureData:
+def table_of_periods(results: Results) -> Columns:
     """Optimal level for every pair of periods up to six, synchronous and with the best timing."""
     cells = results[PERIOD_TABLE]
     rows = [
         (*cell["periods"], cell["synchronous"]["optimum"], cell["best"]["optimum"], cell["best_offset"])
         for cell in cells
     ]
-    return figure_data(dict(zip(CELL, zip(*rows, strict=True), strict=True)))
+    return dict(zip(CELL, zip(*rows, strict=True), strict=True))
 
 
-def _columns(figure: FigureData, *names: str) -> list[tuple[float, ...]]:
-    return [figure.columns[name] for name in names]
-
-
-def plot_table_of_periods(figure: FigureData) -> Any:
+def plot_table_of_periods(c: Columns) -> Any:
     """A table of numbers on a shaded grid; below the level that of the best timing, framed where a rule breaks."""
-    c = figure.columns
     size = int(max(c["N1"]))
     drawing, (axis,) = new_axes(1, row_height=3.9)
     least, most = min(c["gamma_synchronous"]), max(c["gamma_synchronous"])
-    broken = {pair for pair, _ in exceptions(figure)}
-    for first, second, level, best, offset in zip(*_columns(figure, *CELL), strict=True):
+    broken = {pair for pair, _ in exceptions(c)}
+    for first, second, level, best, offset in zip(*(c[name] for name in CELL), strict=True):
         across, shade = [second - 0.5, second + 0.5], (level - least) / (most - least)
         axis.fill_between(across, first - 0.5, first + 0.5, color=BAND, alpha=shade, linewidth=0)
         moved = offset > 0
@@ -72,9 +66,9 @@ CELL = ("N1", "N2", "gamma_synchronous", "gamma_best_timing", "best_offset")
 Pair = tuple[float, float]
 
 
-def exceptions(figure: FigureData) -> list[tuple[Pair, Pair]]:
+def exceptions(c: Columns) -> list[tuple[Pair, Pair]]:
     """Pairs of periods whose level is larger than that of the next pair with one period longer by one instant."""
-    level = {(first, second): value for first, second, value in zip(*_columns(figure, *CELL[:3]), strict=True)}
+    level = dict(zip(zip(c["N1"], c["N2"], strict=True), c["gamma_synchronous"], strict=True))
     longer = [((a, b), (a + da, b + db)) for a, b in level for da, db in ((1, 0), (0, 1)) if (a + da, b + db) in level]
     return [(pair, neighbour) for pair, neighbour in longer if level[pair] > level[neighbour] * (1 + LEVEL_EXCESS)]
 
@@ -83,12 +77,11 @@ LEVEL_EXCESS = 1e-6
 """Relative difference below which two levels count as equal: what bisection leaves is far smaller."""
 
 
-def told_table_of_periods(figure: FigureData) -> dict[str, Any]:
+def told_table_of_periods(c: Columns) -> dict[str, Any]:
     """Range of the table, the largest gain by timing, and where a longer period has the smaller level, if it does."""
-    c, pairs = figure.columns, exceptions(figure)
-    names = ("gamma_synchronous", "gamma_best_timing", "N1", "N2", "best_offset")
-    savings = [(1 - best / plain, *cell) for plain, best, *cell in zip(*_columns(figure, *names), strict=True)]
-    saving, first, second, offset = max(savings)
+    pairs = exceptions(c)
+    rows = zip(*(c[name] for name in CELL), strict=True)
+    saving, first, second, offset = max((1 - best / plain, a, b, at) for a, b, plain, best, at in rows)
     largest = f"{max(c['N1']):.0f}"
     message = f"Up to {largest} instants a longer period never lowers the level"
     if pairs:
@@ -109,22 +102,22 @@ def told_table_of_periods(figure: FigureData) -> dict[str, Any]:
 SHOWN_TIMINGS = ((3, 3), (4, 4), (5, 5), (6, 6), (6, 3), (4, 6))
 
 
-def levels_by_timing(results: Results) -> FigureData:
+def levels_by_timing(results: Results) -> Columns:
     """Optimal level against the offset of the second sensor, for pairs of periods with a common divisor."""
     cells = {tuple(cell["periods"]): cell for cell in results[PERIOD_TABLE]}
     levels = {f"gamma_{a}_{b}": cells[a, b]["by_offset"] for a, b in SHOWN_TIMINGS}
-    return figure_data({"offset": range(max(map(len, levels.values()))), **levels})
+    return {"offset": range(max(map(len, levels.values()))), **levels}
 
 
-def _by_pair(figure: FigureData) -> dict[str, tuple[float, ...]]:
-    return {f"({', '.join(name.split('_')[1:])})": v for name, v in figure.columns.items() if name != "offset"}
+def _by_pair(c: Columns) -> dict[str, tuple[float, ...]]:
+    return {f"({', '.join(name.split('_')[1:])})": v for name, v in c.items() if name != "offset"}
 
 
-def plot_levels_by_timing(figure: FigureData) -> Any:
+def plot_levels_by_timing(c: Columns) -> Any:
     """One curve per pair of periods, which is its name."""
     drawing, (axis,) = new_axes(1, row_height=2.7)
-    offsets = figure.columns["offset"]
-    for index, (pair, levels) in enumerate(_by_pair(figure).items()):
+    offsets = c["offset"]
+    for index, (pair, levels) in enumerate(_by_pair(c).items()):
         (curve,) = axis.plot(offsets[: len(levels)], levels, marker="os^vDx"[index], markersize=4, **line(index))
         name_end(axis, curve, pair)
     axis.set_xticks(range(len(offsets)))
@@ -133,9 +126,9 @@ def plot_levels_by_timing(figure: FigureData) -> Any:
     return drawing
 
 
-def told_levels_by_timing(figure: FigureData) -> dict[str, Any]:
+def told_levels_by_timing(c: Columns) -> dict[str, Any]:
     """Smallest and largest level of each curve, and what shifting a sensor is worth where it is worth most."""
-    levels = _by_pair(figure)
+    levels = _by_pair(c)
     saving, pair = max((100 * (1 - min(values) / values[0]), pair) for pair, values in levels.items())
     ranges = "; ".join(f"{pair}: {min(values):.4f} to {max(values):.4f}" for pair, values in levels.items())
     return {"saving": saving, "pair": pair, "ranges": ranges}
@@ -161,16 +154,15 @@ TIMINGS = {
 OBSERVERS = CASES | TIMINGS
 
 
-def errors(names: Iterable[str], results: Results) -> FigureData:
+def errors(names: Iterable[str], results: Results) -> Columns:
     """The three estimation errors of some observers under the same seeded draw, k = 0 ... 500."""
     shown = {name: results["responses"]["errors"][name][: LAST_SHOWN + 1] for name in names}
     rows = {f"{name}_e_{i + 1}": [row[i] for row in series] for name, series in shown.items() for i in range(STATES)}
-    return figure_data({"k": range(LAST_SHOWN + 1), **rows})
+    return {"k": range(LAST_SHOWN + 1), **rows}
 
 
-def plot_errors(names: Mapping[str, str], figure: FigureData) -> Any:
+def plot_errors(names: Mapping[str, str], c: Columns) -> Any:
     """A row for each observer on the axes of Fig. 6; a triangle at the edge for each instant beyond them."""
-    c = figure.columns
     drawing, axes = new_axes(len(names), STATES, row_height=1.25, sharey=True)
     for row, (name, title) in enumerate(names.items()):
         for i in range(STATES):
@@ -182,7 +174,7 @@ def plot_errors(names: Mapping[str, str], figure: FigureData) -> Any:
             axis.set_xticks((0, 200, 400))
             axis.tick_params(bottom=row == len(names) - 1, left=i == 0)
             axis.set_title(f" \ne{'₁₂₃'[i]}: {rms(values):.3f}")
-        label = f"{title}: RMS {rms_of_all(name, figure):.3f}"
+        label = f"{title}: RMS {rms_of_all(name, c):.3f}"
         axes[STATES * row].annotate(
             label, (0, 1), xytext=(0, 20), xycoords="axes fraction", textcoords="offset points", annotation_clip=False
         ).set_in_layout(False)
@@ -199,21 +191,20 @@ def extremes(k: Sequence[float], values: Sequence[float]) -> tuple[list[float], 
     return [k[i] for i in indices], [values[i] for i in indices]
 
 
-def rms_of_all(name: str, figure: FigureData) -> float:
+def rms_of_all(name: str, c: Columns) -> float:
     """Root mean square of the three errors together."""
-    return rms([value for i in range(STATES) for value in figure.columns[f"{name}_e_{i + 1}"]])
+    return rms([value for i in range(STATES) for value in c[f"{name}_e_{i + 1}"]])
 
 
-def sizes(results: Results) -> FigureData:
+def sizes(results: Results) -> Columns:
     """Root mean square of each error, and of all three, of the observers of Figs. 2-5 and of Figs. 6-8."""
-    drawn = errors(OBSERVERS, results)
-    each = {f"e_{i + 1}": [rms(drawn.columns[f"{name}_e_{i + 1}"]) for name in OBSERVERS] for i in range(STATES)}
-    return figure_data({"row": range(len(OBSERVERS)), **each, "all": [rms_of_all(name, drawn) for name in OBSERVERS]})
+    c = errors(OBSERVERS, results)
+    each = {f"e_{i + 1}": [rms(c[f"{name}_e_{i + 1}"]) for name in OBSERVERS] for i in range(STATES)}
+    return {"row": range(len(OBSERVERS)), **each, "all": [rms_of_all(name, c) for name in OBSERVERS]}
 
 
-def plot_sizes(figure: FigureData) -> Any:
+def plot_sizes(c: Columns) -> Any:
     """A row for each observer: the whole error as a dot with its number, the three errors as small rings."""
-    c = figure.columns
     drawing, (axis,) = new_axes(1, row_height=2.9)
     for i in range(STATES):
         axis.plot(c[f"e_{i + 1}"], c["row"], "o", markersize=4, color=GREY, markerfacecolor="none", linestyle="none")
@@ -227,21 +218,21 @@ def plot_sizes(figure: FigureData) -> Any:
     return drawing
 
 
-def told_sizes(figure: FigureData) -> dict[str, Any]:
+def told_sizes(c: Columns) -> dict[str, Any]:
     """The whole errors, row by row: of the observer that reads both sensors at their own periods, and of the next."""
-    whole = figure.columns["all"]
+    whole = c["all"]
     listed = ", ".join(f"{title} {value:.3f}" for title, value in zip(OBSERVERS.values(), whole, strict=True))
     return {"proposed": whole[0], "least": min(whole[1 : len(CASES)]), "listed": listed}
 
 
-def told_errors(names: Mapping[str, str], figure: FigureData) -> dict[str, Any]:
+def told_errors(names: Mapping[str, str], c: Columns) -> dict[str, Any]:
     """Root mean squares, how often the axes are exceeded, and what the first observer is worth in this draw."""
     parts = []
     for name, title in names.items():
-        values = [figure.columns[f"{name}_e_{i + 1}"] for i in range(STATES)]
+        values = [c[f"{name}_e_{i + 1}"] for i in range(STATES)]
         sizes, beyond = ", ".join(f"{rms(v):.3f}" for v in values), sum(abs(e) > AXIS_LIMIT for v in values for e in v)
-        parts.append(f"{title}: {sizes}, together {rms_of_all(name, figure):.3f}, {beyond} values beyond the axes")
-    whole = [rms_of_all(name, figure) for name in names]
+        parts.append(f"{title}: {sizes}, together {rms_of_all(name, c):.3f}, {beyond} values beyond the axes")
+    whole = [rms_of_all(name, c) for name in names]
     # The largest ratio, rounded up, since it is called a bound.
     factor = f"{math.ceil(100 * max(whole[0] / total for total in whole[1:])) / 100:.2f}"
     most = f"at most {factor} of any other" if float(factor) <= 1 else f"up to {factor} times as large as another"
@@ -249,18 +240,17 @@ def told_errors(names: Mapping[str, str], figure: FigureData) -> dict[str, Any]:
     return {"factor": factor, **ends, "last": LAST_SHOWN, "sizes": "; ".join(parts), "most": most}
 
 
-def disturbances(results: Results) -> FigureData:
+def disturbances(results: Results) -> Columns:
     """Size of the error under the worst disturbance and under a random one of the same energy."""
     record = results["worst-disturbance"]
     ends = {"ratio_worst": "worst_ratio", "ratio_random": "random_ratio", "norm": "norm"}
     errors = {"worst": record["worst_error"], "random": record["random_error"]}
-    return figure_data({"k": range(len(errors["worst"]))} | errors | {name: [record[of]] for name, of in ends.items()})
+    return {"k": range(len(errors["worst"]))} | errors | {name: [record[of]] for name, of in ends.items()}
 
 
-def plot_disturbances(figure: FigureData) -> Any:
+def plot_disturbances(c: Columns) -> Any:
     """Both error sizes over time, each named with its ratio."""
     drawing, (axis,) = new_axes(1, row_height=2.3)
-    c = figure.columns
     (random,) = axis.plot(c["k"], c["random"], **line(1) | {"linewidth": 0.9, "linestyle": "-"})
     (worst,) = axis.plot(c["k"], c["worst"], **line(0))
     peaks = {
@@ -281,7 +271,7 @@ FIGURES: Drawn = {
         name: (partial(errors, tuple(names)), partial(plot_errors, names), partial(told_errors, names))
         for name, names in (("fig2-5", CASES), ("fig6-8", TIMINGS))
     },
-    "worst": (disturbances, plot_disturbances, lambda figure: {"instants": len(figure.columns["k"])}),
+    "worst": (disturbances, plot_disturbances, lambda c: {"instants": len(c["k"])}),
     "periods": (table_of_periods, plot_table_of_periods, told_table_of_periods),
     "timing": (levels_by_timing, plot_levels_by_timing, told_levels_by_timing),
 }

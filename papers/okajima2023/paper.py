@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from fractions import Fraction
 from typing import Any
 
-from papers._common import FIRST, LAST, MINCX, POSITION, Told, common_levels, curve, dots, label, signal
+from papers._common import FIRST, LAST, MINCX, POSITION, Told, common_levels, curve, dots, label, parts_of, signal
 from papers.okajima2023.claims import blog, levels, simulation, theorems, unstable
 from papers.okajima2023.claims.levels import counterexamples
 from papers.okajima2023.claims.simulation import AS_PRINTED, G_SIM, all_draws
@@ -130,18 +130,7 @@ def _costly(table: list[dict[str, Any]]) -> Iterator[dict[str, Any]]:
 PAPER = paper(
     **about(__file__),
     **TOLD.simple(),
-    parts=TOLD.parts(
-        theorems.EARLIER,
-        theorems.FORMULATION,
-        theorems.THEOREMS,
-        levels.LEVELS,
-        simulation.SIMULATION,
-        levels.TABLE,
-        levels.TIMING,
-        simulation.TIMED,
-        unstable.UNSTABLE,
-        blog.BLOG,
-    ),
+    parts=TOLD.parts(*parts_of(theorems, levels, simulation, unstable, blog)),
     experiments=EXPERIMENTS,
     errata=TOLD.errata(PROOFS),
     figures=TOLD.figures(FIGURES),

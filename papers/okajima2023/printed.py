@@ -1,6 +1,7 @@
 """What the multi-rate paper prints: the strings of printed.toml, and the numbers that computations start from."""
 
 from replication.audit.data import read_printed
+from replication.audit.judge.numerals import layout
 from replication.audit.judge.printed import number, parse
 
 Matrix = list[list[float]]
@@ -13,7 +14,7 @@ def poles(printed: str) -> Matrix:
 
 def bracketed(rows: Matrix) -> str:
     """A computed matrix of few digits, written as the printed ones are."""
-    return "[" + "; ".join(" ".join(f"{entry:g}" for entry in row) for row in rows) + "]"
+    return layout(tuple(map(tuple, rows)), "{:g}".format)
 
 
 DATA = read_printed(__file__)

@@ -4,31 +4,29 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from papers._common import figure_data
+from papers._common import Columns
 from papers.peet2019.claims.cost import FROM_PRODUCT, exponent
 from papers.peet2019.claims.gains import optimum_of
 from papers.peet2019.printed import DEGREES, published
 from replication.audit.judge.numerals import short
 from replication.audit.model import Results
-from replication.audit.parts import FigureData
 from replication.drawing.style import FOREGROUND, GREY, OURS, line, name_axes, name_line, new_axes, out_of_bounds, say
 
 
-def fig_1(results: Results) -> FigureData:
+def fig_1(results: Results) -> Columns:
     """Disturbance and both errors for one reading of the sinc."""
     simulation = results["fig1"]
-    return figure_data(
-        {"t": simulation["t"], "w": simulation["w"]} | {f"e_{i}": values for i, values in enumerate(simulation["e"], 1)}
-    )
+    errors = {f"e_{i}": values for i, values in enumerate(simulation["e"], 1)}
+    return {"t": simulation["t"], "w": simulation["w"]} | errors
 
 
 _SIGNALS = {"w": "disturbance w", "e_1": "error e₁", "e_2": "error e₂"}
 
 
-def plot_fig_1(figure: FigureData) -> Any:
+def plot_fig_1(c: Columns) -> Any:
     """Disturbance and errors against time on one axis, each named at its peak."""
     drawing, (axis,) = new_axes(row_height=2.6)
-    t, c = figure.columns["t"], figure.columns
+    t = c["t"]
     for index, (name, side) in enumerate((("e_1", -1), ("w", 1), ("e_2", 0))):
         (curve,) = axis.plot(t, c[name], **line(index))
         peak = t[_peak(c[name])]
@@ -44,8 +42,8 @@ def _peak(values: Sequence[float]) -> int:
     return max(range(len(values)), key=lambda i: abs(values[i]))
 
 
-def _told_fig_1(figure: FigureData) -> dict[str, Any]:
-    c, t = figure.columns, figure.columns["t"]
+def _told_fig_1(c: Columns) -> dict[str, Any]:
+    t = c["t"]
     tenth = 0.1 * max(map(abs, c["e_1"] + c["e_2"]))
     peaks = {name: _peak(values) for name, values in c.items() if name != "t"}
     return {
@@ -55,7 +53,7 @@ def _told_fig_1(figure: FigureData) -> dict[str, Any]:
     }
 
 
-def convergence(results: Results) -> FigureData:
+def convergence(results: Results) -> Columns:
     """Relative distance from the optimum of Example 2, the middle of its bracket, against order and degree.
 
     floor: half the relative width of that bracket; distances below it say nothing.
@@ -66,29 +64,26 @@ def convergence(results: Results) -> FigureData:
     def away(levels: Iterable[float]) -> list[float]:
         return [abs(level / exact - 1.0) for level in levels]
 
-    return figure_data(
-        {
-            "order": record["orders"],
-            "pade": away(record["pade"]),
-            "chebyshev": away(record["chebyshev"]),
-            "degree": DEGREES,
-            "sos": away(levels),
-            "floor": [(bracket["upper"] - bracket["lower"]) / (2.0 * exact)],
-        }
-    )
+    return {
+        "order": record["orders"],
+        "pade": away(record["pade"]),
+        "chebyshev": away(record["chebyshev"]),
+        "degree": DEGREES,
+        "sos": away(levels),
+        "floor": [(bracket["upper"] - bracket["lower"]) / (2.0 * exact)],
+    }
 
 
-def against_delay(results: Results) -> FigureData:
+def against_delay(results: Results) -> Columns:
     """Least gain of Example 2 against its delay."""
-    return figure_data({name: results["tau"][name] for name in ("tau", "sos", "chebyshev")})
+    return {name: results["tau"][name] for name in ("tau", "sos", "chebyshev")}
 
 
 _MODELS = {"pade": "Padé", "chebyshev": "collocation"}
 
 
-def plot_convergence(figure: FigureData) -> Any:
+def plot_convergence(c: Columns) -> Any:
     """Errors on a logarithmic axis; what lies below the bracket of the optimum is shaded."""
-    c = figure.columns
     drawing, (orders, degrees) = new_axes(
         1, 2, row_height=2.7, share_x=False, sharey=True, gridspec_kw={"width_ratios": (2, 1)}
     )
@@ -111,8 +106,7 @@ BOTTOM = 1e-11
 """Lower end of the axis of relative distances, below all that the bracket tells apart."""
 
 
-def _told_convergence(figure: FigureData) -> dict[str, Any]:
-    c = figure.columns
+def _told_convergence(c: Columns) -> dict[str, Any]:
     models = zip(c["order"], c["pade"], c["chebyshev"], strict=True)
     first, last = (f"at order {c['order'][i]:g}" for i in (0, -1))
     return {
@@ -128,10 +122,9 @@ def _told_convergence(figure: FigureData) -> dict[str, Any]:
     }
 
 
-def plot_against_delay(figure: FigureData) -> Any:
+def plot_against_delay(c: Columns) -> Any:
     """A curve, and points that should lie on it."""
     drawing, (axis,) = new_axes(row_height=2.4)
-    c = figure.columns
     (sos,) = axis.semilogy(c["tau"], c["sos"], **line(0))
     axis.semilogy(c["tau"], c["chebyshev"], "o", color=FOREGROUND, markersize=5)
     name_line(axis, sos, "Theorem 3 (line)\nand collocation (points)", c["tau"][8], ha="right")
@@ -141,8 +134,8 @@ def plot_against_delay(figure: FigureData) -> Any:
     return drawing
 
 
-def _told_against_delay(figure: FigureData) -> dict[str, Any]:
-    tau, sos, chebyshev = figure.columns.values()
+def _told_against_delay(c: Columns) -> dict[str, Any]:
+    tau, sos, chebyshev = c.values()
     apart = max(abs(a / b - 1.0) for a, b in zip(sos, chebyshev, strict=True))
     return {"rise": sos[-1] / sos[0], "high": sos[-1], "last": tau[-1], "apart": short(apart, 2)}
 
@@ -166,7 +159,7 @@ CLOUDS = (
 """Name, abscissa and ordinate of each cloud."""
 
 
-def cost(results: Results) -> FigureData:
+def cost(results: Results) -> Columns:
     """Published seconds, our CPU seconds as recorded, and the equalities of both cones, against n·K."""
     cells = results["sizes"]["cells"]
     columns: dict[str, list[float]] = {
@@ -181,14 +174,14 @@ def cost(results: Results) -> FigureData:
         columns[f"{way}_seconds"] = [c["cpu_seconds"] for c in ours]
         if way == "bessel":
             columns[f"{way}_equalities"] = [c["equalities"] for c in ours]
-    return figure_data(columns)
+    return columns
 
 
-def plot_cost(figure: FigureData) -> Any:
+def plot_cost(c: Columns) -> Any:
     """Both on logarithmic axes; the line through each cloud has the exponent that stands beside its name."""
     drawing, panels = new_axes(2, row_height=2.6)
     for name, x, y in CLOUDS:
-        _plot_cloud(panels["equalities" in y], name, *(figure.columns[key] for key in (x, y)))
+        _plot_cloud(panels["equalities" in y], name, *(c[key] for key in (x, y)))
     for axis, label in zip(panels, ("CPU time (s)", "equalities of our program"), strict=True):
         axis.set(xlim=(0.8, NAMES_AT), ylim=(None, 10 * axis.get_ylim()[1]))
         axis.set_xticks((1, 10, 100), ("1", "10", "100"))
@@ -222,9 +215,9 @@ def _power(slope: float) -> str:
     return f"power {slope:.1f}"
 
 
-def growth(figure: FigureData, x: str, y: str) -> float:
+def growth(c: Columns, x: str, y: str) -> float:
     """Exponent with which one column grows with another, over the products of which it is asked."""
-    return exponent(_fitted(figure.columns[x], figure.columns[y]))
+    return exponent(_fitted(c[x], c[y]))
 
 
 def _fitted(products: Sequence[float], costs: Sequence[float]) -> list[tuple[float, float]]:
@@ -233,8 +226,8 @@ def _fitted(products: Sequence[float], costs: Sequence[float]) -> list[tuple[flo
     return [pair for pair in zip(products, costs, strict=True) if FROM_PRODUCT <= pair[0] <= largest]
 
 
-def _told_cost(figure: FigureData) -> dict[str, Any]:
-    c, powers = figure.columns, [growth(figure, x, y) for _, x, y in CLOUDS]
+def _told_cost(c: Columns) -> dict[str, Any]:
+    powers = [growth(c, x, y) for _, x, y in CLOUDS]
     clouds = "; ".join(
         f"{name}, {'seconds' if 'seconds' in y else 'equalities'} up to {short(max(c[y]), 4)} at nK = {max(c[x]):g}, "
         f"exponent {power:.2f} (near {power:.1f})"

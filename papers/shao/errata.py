@@ -1,8 +1,7 @@
 """Misprints of the manuscript, each with the computation behind the correction."""
 
-from papers.shao.claims.theory import ROUND_OFF
 from papers.shao.printed import DATA, DESIGN
-from replication.audit.declare import contrast
+from replication.audit.declare import ROUNDING, contrast
 from replication.audit.model import Proof, Results
 
 
@@ -10,14 +9,14 @@ def feedforward_orders(text: str, results: Results) -> Proof:
     """The corrected feedforward is the inverse of the motor, the printed one is not."""
     gaps = results["motor"]["inverse_gap"]
     words = {form: {f"{form}: largest |P ȳ_d/y_d − 1|": gaps[form]} for form in ("corrected", "printed")}
-    return contrast(text, words["corrected"], words["printed"], zero=ROUND_OFF)
+    return contrast(text, words["corrected"], words["printed"])
 
 
 def mechanical_speed(text: str, results: Results) -> Proof:
     """The power balance of the motor."""
     ideal, printed = results["motor"]["torque_constant"], float(DATA["torque_constant"])
     return Proof(
-        holds=abs(ideal - printed) < ROUND_OFF, text=text, quantities={"1.5 p Ψ_f": ideal, "printed K_T": printed}
+        holds=abs(ideal - printed) < ROUNDING, text=text, quantities={"1.5 p Ψ_f": ideal, "printed K_T": printed}
     )
 
 

@@ -247,6 +247,11 @@ def below(residual: float, threshold: float, reason: str, **told: Any) -> Eviden
     )
 
 
+def rounded(residual: float, *, zero: float = ROUNDING, **told: Any) -> Evidence:
+    """Evidence of an identity, which holds up to the rounding of what is computed; residual: relative to its terms."""
+    return below(residual, zero, "An identity holds up to the rounding of its terms, relative to their size.", **told)
+
+
 def experiment(name: str, function: Callable[..., Any], /, **inputs: Any) -> Experiment:
     """An experiment under its short name; inputs: JSON values, in which printed values become plain strings.
 

@@ -117,7 +117,7 @@ def test_what_was_seen_in_some_draws_or_pairs_is_said_of_these() -> None:
     assert title("mustafa-fig2", **few).startswith("In our uniform draws the error peaks at 0.31 at most")
     half = title("okajima2023-timing", gamma_3_3=(2.0, 1.0))
     assert half.startswith("For periods (3, 3) ") and "50.0 %" in half
-    shown = data("okajima2023-fig2-5")
+    shown = data("okajima2023-fig2-5").columns
     sizes = {name: periods.rms_of_all(name, shown) for name in periods.CASES}
     (stated,) = re.findall(r"^One draw: .* at most (\d\.\d\d) of any other's", title("okajima2023-fig2-5"))
     assert all(sizes["proposed"] <= float(stated) * sizes[name] for name in "ABC")

@@ -91,13 +91,6 @@ def test_theorems_of_the_paper_are_made_again(name: str) -> None:
 KEY = PAPER.key
 
 
-def test_the_first_example_by_three_routes() -> None:
-    result = nominal(**example(1))
-    assert result["riccati"] == pytest.approx(result["formula"], rel=1e-8)
-    for level in (result["printed_lmi"], result["lmi"]["level"], result["lmi"]["norm"]):
-        assert level == pytest.approx(result["formula"], rel=1e-8)
-
-
 def test_what_the_root_of_step_4_adds_depends_on_what_is_read_between_range_and_union() -> None:
     uncut = {}
     for e in EXAMPLES:
@@ -112,13 +105,6 @@ def test_what_the_root_of_step_4_adds_depends_on_what_is_read_between_range_and_
         (2, UpperEnd.PRINTED): ("STALLED", 1),
         (2, UpperEnd.CORRECTED): ("STALLED", 3),  # then the union has no upper end, and so no middle
     }
-
-
-def test_identities_tell_right_from_wrong() -> None:
-    found = identities(5, 1)
-    assert found["map reordered"] < 1e-10 < found["map as printed"]
-    assert found["(12) as printed"] > 1e-10 > found["congruence"]
-    assert max(found[name] for name in ("recovery", "sigma 11", "lemma 2", "lemma 3")) < 1e-10
 
 
 def test_the_levels_hold_between_the_ends_and_not_beyond() -> None:
@@ -199,5 +185,7 @@ def test_brackets_are_narrow_and_above_the_print(fresh_run: Outcome) -> None:
         # Knowing what comes must pay: the tree ends below what one Lyapunov function proves.
         assert found["upper"] < found["common"]
         assert robust["one_cell_small_gain"] > 1
-    degenerate = results[f"{KEY}.nominal.2"]
-    assert degenerate["riccati"] == pytest.approx(degenerate["formula"], rel=1e-6)
+        nominal = results[f"{KEY}.nominal.{e}"]
+        # The second example is degenerate: there a solver stays far from the infimum.
+        routes = [nominal["riccati"], *([nominal["printed_lmi"], *nominal["lmi"].values()][:3] if e == 1 else [])]
+        assert routes == pytest.approx([nominal["formula"]] * len(routes), rel=1e-8)

@@ -14,7 +14,7 @@ from papers.peet2019.claims.theory import GROUPS, OF_OUR_COPY
 from papers.peet2019.experiments import scaling
 from papers.peet2019.experiments.declared import OFF_THE_PRINT
 from papers.peet2019.experiments.examples import as_printed, refuted, synthesised
-from papers.peet2019.experiments.finite import lmi_3, matrix_3
+from papers.peet2019.experiments.finite import N, lmi_3, matrix_3
 from papers.peet2019.experiments.identities import DELAYS, MISPRINTS, Poly, coercive, sample, storage
 from papers.peet2019.experiments.readings import HOUSE, READINGS, Rule, attainable, blocks_of, inside
 from papers.peet2019.printed import COLUMNS, DATA, DELAY_COUNTS, EXAMPLES, STATES, published
@@ -26,15 +26,6 @@ from replication.verify.delay import levels
 from replication.verify.delay.sos import bases, kernels
 
 ROUNDING = 1e-10
-
-
-def test_every_printed_cell_of_the_tables_is_a_claim() -> None:
-    printed = sorted(claim.printed for claim in PAPER.claims if claim.printed)
-    cells = [DATA[f"{row}-{name}"][column] for row in ("gamma", "seconds") for name in EXAMPLES for column in COLUMNS]
-    cells += [text for *_, text in published()]
-    for text in cells:
-        assert text in printed
-        printed.remove(text)
 
 
 def test_misprints_of_the_identity_that_may_be_of_the_copy_are_those_of_the_errata_that_say_so() -> None:
@@ -54,10 +45,12 @@ def test_the_storage_is_coercive_by_the_corrected_difference() -> None:
 
 
 def test_a_wrong_term_in_lmi_3_is_found_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    def larger(p: Array, z: Array, plant: dict[str, Array], gamma: float) -> Array:
-        return matrix_3(p, z, plant, 1.1 * gamma)
+    def smaller(p: Array, z: Array, plant: dict[str, Array], gamma: float) -> Array:
+        matrix = matrix_3(p, z, plant, gamma)
+        matrix[:N, N:] *= 0.9
+        return matrix
 
-    monkeypatch.setattr("papers.peet2019.experiments.finite.matrix_3", larger)
+    monkeypatch.setattr("papers.peet2019.experiments.finite.matrix_3", smaller)
     found = lmi_3(10, 5)
     assert found["largest"] > 1.0 and found["form"] > 1e-3
 

@@ -13,12 +13,10 @@ from papers.mustafa.claims.preliminaries import (
     identity,
     stable_room,
     up,
-    up_to_rounding,
 )
-from papers.mustafa.experiments.identities import EXACT
 from papers.mustafa.method import CORRECT
 from papers.mustafa.printed import EXAMPLES, GAMMA, example, sizes
-from replication.audit.declare import Part, positive
+from replication.audit.declare import ROUNDING, Part, positive, rounded
 from replication.audit.model import NO_READING, Evidence, Results
 from replication.verify.predicate import term
 
@@ -37,10 +35,10 @@ AT_ELEMENTS = 1e-6
 def reached(results: Results, end: str) -> Evidence:
     """Evidence that alpha times the bound of Lemma 3 reaches one at this end of (9), and not before."""
     ends = {e: results[f"condition.{e}"]["ends"][end] for e in EXAMPLES}
-    return up_to_rounding(
+    return rounded(
         max(abs(at["bound"] - 1) for at in ends.values()),
-        "Alpha times the integral of e^{mu t} from the middle of the range to the end of (9), by quadrature: one at "
-        "the end, and less before it. Largest distance from one over both examples.",
+        method="Alpha times the integral of e^{mu t} from the middle of the range to the end of (9), by quadrature: "
+        "one at the end, and less before it. Largest distance from one over both examples.",
         quantities={
             **{f"alpha times the bound at the end, Example {e}": at["bound"] for e, at in ends.items()},
             **{f"alpha times |Delta| at the end, Example {e}": at["size"] for e, at in ends.items()},
@@ -224,7 +222,7 @@ def level_of_theorem_3(results: Results) -> Evidence:
     return Evidence(
         method="Proof: (10) is (6) after a congruence, and (11) gives back its filter. Beside it, the largest gain of "
         "such a filter at the elements of our grids against its level.",
-        holds=worst <= EXACT and min(rooms) > 0,
+        holds=worst <= ROUNDING and min(rooms) > 0,
         quantities={"largest relative residual": worst},
         as_printed=with_printed_f(),
         note="(10) is read without its repeated row (erratum row).",

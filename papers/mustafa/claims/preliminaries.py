@@ -8,10 +8,9 @@ from typing import Any
 from msgspec.structs import replace
 
 from papers.mustafa.experiments.declared import OF_SECOND
-from papers.mustafa.experiments.identities import EXACT
 from papers.mustafa.method import AS_PRINTED, Step4
 from papers.mustafa.printed import EXAMPLES, GAMMA, upper_end
-from replication.audit.declare import Part, below, positive
+from replication.audit.declare import Part, positive, rounded
 from replication.audit.model import NO_READING, Evidence, Results
 from replication.verify.predicate import Predicate, Term, term
 
@@ -103,26 +102,20 @@ def up(number: float, places: int = 4) -> Decimal:
     return Decimal(number).quantize(Decimal(10) ** -places, rounding=ROUND_CEILING)
 
 
-def up_to_rounding(residual: float, method: str, **fields: Any) -> Evidence:
-    """Evidence for an identity that holds in exact arithmetic; fields: others of the evidence."""
-    reason = "An identity holds up to the rounding of sums and products, relative to their size."
-    return below(residual, EXACT, reason, method=method, **fields)
-
-
 def identity(results: Results, name: str, method: str) -> Evidence:
     """Evidence from the largest residual of an identity over random cases."""
     worst = results["identities"][name]
-    return up_to_rounding(worst, method, quantities={"largest relative residual": worst})
+    return rounded(worst, method=method, quantities={"largest relative residual": worst})
 
 
 def reordered_map(results: Results, readings: tuple[str, ...], method: str) -> Evidence:
     """Evidence for the map in the right order; as printed, by the least residual over the readings of the print."""
     right, least = results["identities"]["map reordered"], min(results["identities"][name] for name in readings)
-    return up_to_rounding(
+    return rounded(
         right,
-        method,
+        method=method,
         quantities={"largest residual, reordered": right},
-        as_printed=up_to_rounding(least, "The same, as printed.", quantities={"least residual": least}),
+        as_printed=rounded(least, method="The same, as printed.", quantities={"least residual": least}),
     )
 
 

@@ -10,8 +10,6 @@ from replication.estimation.nonuniform.filters import Filter
 from replication.estimation.nonuniform.plant import SampledPlant
 from replication.estimation.validation import Array
 
-EXACT = 1e-10
-"""Relative residual below which an identity counts as one."""
 MISPRINTED = ("map as printed", "(12) as printed")
 
 

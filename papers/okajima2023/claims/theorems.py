@@ -7,7 +7,7 @@ from papers._common import by_margin, solvers
 from papers.okajima2023.claims.levels import OBSERVERS, of_gains
 from papers.okajima2023.experiments.declared import CASES, DESIGNS, GAIN_SETS, case, gain_set, times
 from papers.okajima2023.printed import DATA, PLANT, SCHEDULES
-from replication.audit.declare import Part, below, number, positive
+from replication.audit.declare import Part, below, number, positive, rounded
 from replication.audit.model import NO_READING, Evidence, Results
 from replication.verify.predicate import Predicate, Term, term
 
@@ -25,7 +25,7 @@ SIZES: dict[str, Any] = {
 """Of the example; the identities are stated for plants of that size."""
 
 IDENTITY_TOLERANCE = 1e-12
-IDENTITY_REASON = "An identity on random data, relative: rounding alone leaves about a thousandth of it."
+"""Rounding alone leaves about a thousandth of it."""
 
 
 @EARLIER.order(
@@ -127,10 +127,9 @@ def dual_rate_is_special_case(results: Results) -> Evidence:
 def identity(residual: str, what: str, results: Results, note: str = "") -> Evidence:
     """One of the residuals of the identities on random data."""
     result = results["identities"]
-    return below(
+    return rounded(
         result[residual],
-        IDENTITY_TOLERANCE,
-        IDENTITY_REASON,
+        zero=IDENTITY_TOLERANCE,
         method=f"{what}, on {result['trials']} random problems of several sizes; largest relative residual.",
         quantities={"largest relative residual": result[residual]},
         note=note,
@@ -159,10 +158,9 @@ def start_of_the_period(results: Results) -> Evidence:
         max(abs(a - b) for a, b in zip(orders["descending"], orders[order], strict=True))
         for order in ("shifted", "ascending")
     )
-    return below(
+    return rounded(
         shifted,
-        IDENTITY_TOLERANCE,
-        "Moduli that are equal in exact arithmetic: rounding alone leaves far less.",
+        zero=IDENTITY_TOLERANCE,
         method="Moduli of the eigenvalues of the product over one period, started at 1 and at 0.",
         quantities={
             "difference if the product starts at 1 instead of 0": shifted,

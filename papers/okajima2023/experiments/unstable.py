@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -28,21 +28,13 @@ PERIODS, OFFSETS = [2, 3], [0, 0]
 SCHEDULE = SensingSchedule(tuple(PERIODS), tuple(OFFSETS))
 
 
-class Stated(NamedTuple):
-    """What Sec. IV-C prints, A of eq. (41), gains (42) and the poles of A and of A_e; and the C of Sec. IV-A."""
-
-    A: Matrix
-    C: Matrix
-    gains: list[Matrix]
-    poles: list[list[float]]
-    error_poles: list[float]
-
-
 def as_printed(stated: Json) -> Json:
-    """Poles of the printed A, and of A_e for the printed A, C and gains (42)."""
-    text = Stated(**stated)
-    poles = upper_half(np.linalg.eigvals(np.array(text.A)))
-    return {"poles": poles, "error_poles": error_poles(text.A, text.gains, text.C)}
+    """Poles of the printed A, and of A_e for the printed A, C and gains (42).
+
+    stated: what Sec. IV-C prints, A of eq. (41), gains (42) and the poles of A and of A_e; and the C of Sec. IV-A.
+    """
+    poles = upper_half(np.linalg.eigvals(np.array(stated["A"])))
+    return {"poles": poles, "error_poles": error_poles(stated["A"], stated["gains"], stated["C"])}
 
 
 def recovered(
@@ -55,24 +47,23 @@ def recovered(
     attained: the largest entry of a small change of the gains with which A_e has the stated poles, beside the half unit
     by which rounding may have changed them.
     """
-    text = Stated(**stated)
-    state, gains = recover_poles(text.A, text.poles, step), np.array(text.gains)
-    A = with_diagonal(text.A, state["fits"][0])
-    outputs, wider = (recover_outputs(A, text.gains, text.error_poles, most) for most in (bound, wider_bound))
-    channels = recover_inputs(A, outputs["C"], text.gains, SCHEDULE)
+    state, gains = recover_poles(stated["A"], stated["poles"], step), np.array(stated["gains"])
+    A = with_diagonal(stated["A"], state["fits"][0])
+    outputs, wider = (recover_outputs(A, stated["gains"], stated["error_poles"], most) for most in (bound, wider_bound))
+    channels = recover_inputs(A, outputs["C"], stated["gains"], SCHEDULE)
     plant = {"A": A, "B_d": channels["B_d"], "C": outputs["C"], "D": channels["D"]}
 
     def achieved(plant: dict[str, Matrix]) -> Json:
         problem = build(plant, PERIODS, OFFSETS, [0, 1])
         return {"norm": l2_gain(problem.error_system(gains)).value, "optimum": optimum(problem).value}
 
-    change = smallest_change(plant, gains, np.array(text.error_poles))
+    change = smallest_change(plant, gains, np.array(stated["error_poles"]))
     return {
         "state": state,
         "outputs": {
             **outputs,
             "error_poles": error_poles(A, gains, outputs["C"]),
-            "error_poles_printed_C": error_poles(A, gains, text.C),
+            "error_poles_printed_C": error_poles(A, gains, stated["C"]),
         },
         "wider": wider,
         "inputs": channels,
@@ -89,15 +80,16 @@ def diagonals(stated: Json, half_unit: float, bound: int) -> Json:
     the middle of their rounding, `half_unit` either way; and how many integer C with entries up to `bound` explain the
     stated poles of A_e.
     """
-    text = Stated(**stated)
 
     def evaluations(poles: Any) -> list[tuple[list[float], Matrix, float]]:
-        candidates = [(entries, with_diagonal(text.A, entries)) for entries in exact_diagonals(text.A, poles)]
-        return [(entries, A, abs(complex(*error_poles(A, text.gains, text.C)[0]))) for entries, A in candidates]
+        candidates = [(entries, with_diagonal(stated["A"], entries)) for entries in exact_diagonals(stated["A"], poles)]
+        return [
+            (entries, A, abs(complex(*error_poles(A, stated["gains"], stated["C"])[0]))) for entries, A in candidates
+        ]
 
     # The imaginary part of a real pole stays zero.
-    moves = [(-half_unit, 0.0, half_unit) if part else (0.0,) for part in np.ravel(text.poles)]
-    moved = [evaluations(np.add(text.poles, np.reshape(move, (-1, 2)))) for move in itertools.product(*moves)]
+    moves = [(-half_unit, 0.0, half_unit) if part else (0.0,) for part in np.ravel(stated["poles"])]
+    moved = [evaluations(np.add(stated["poles"], np.reshape(move, (-1, 2)))) for move in itertools.product(*moves)]
     return {
         "moved": len(moved),
         "bound": bound,
@@ -106,9 +98,9 @@ def diagonals(stated: Json, half_unit: float, bound: int) -> Json:
                 "diagonal": entries,
                 "radius": radius,
                 "least_radius": min(row[number][2] for row in moved),
-                "fits": recover_outputs(A, text.gains, text.error_poles, bound)["fits"],
+                "fits": recover_outputs(A, stated["gains"], stated["error_poles"], bound)["fits"],
             }
-            for number, (entries, A, radius) in enumerate(evaluations(text.poles))
+            for number, (entries, A, radius) in enumerate(evaluations(stated["poles"]))
         ],
     }
 
@@ -171,21 +163,20 @@ def any_entries(stated: Json, decimals: int) -> Json:
     Of A there are more entries than conditions, so it is one of many. error_poles: those of A_e. rounded: A to
     `decimals` places, with its poles and the spectral radius of A_e for it.
     """
-    text = Stated(**stated)
-    start = np.array(with_diagonal(text.A, exact_diagonals(text.A, text.poles)[0]))
-    target, error_target = np.poly(complete(text.poles)), np.poly(text.error_poles)
+    start = np.array(with_diagonal(stated["A"], exact_diagonals(stated["A"], stated["poles"])[0]))
+    target, error_target = np.poly(complete(stated["poles"])), np.poly(stated["error_poles"])
 
     def residual(entries: Array) -> Array:
         A = entries.reshape(start.shape)
-        differences = (np.poly(A) - target, np.poly(error_monodromy(A, text.gains, text.C)) - error_target)
+        differences = (np.poly(A) - target, np.poly(error_monodromy(A, stated["gains"], stated["C"])) - error_target)
         return np.real(np.concatenate([difference[1:] for difference in differences]))
 
     A = _root(residual, start.ravel()).reshape(start.shape)
     rounded = np.round(A, decimals)
     return {
-        "error_poles": error_poles(A, text.gains, text.C),
-        "furthest": float(np.abs(A - text.A).max()),
+        "error_poles": error_poles(A, stated["gains"], stated["C"]),
+        "furthest": float(np.abs(A - stated["A"]).max()),
         "rounded": rounded.tolist(),
         "poles": upper_half(np.linalg.eigvals(rounded)),
-        "radius": abs(complex(*error_poles(rounded, text.gains, text.C)[0])),
+        "radius": abs(complex(*error_poles(rounded, stated["gains"], stated["C"])[0])),
     }

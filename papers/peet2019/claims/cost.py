@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping
 from functools import partial
+from statistics import linear_regression
 from typing import Any
 
 from papers._common import outcomes_of, solvers
@@ -35,10 +36,7 @@ EXAMPLE_4 = Part("Example 4 and Table I", figures="cost", reading=NO_READING)
 
 def exponent(points: list[tuple[float, float]]) -> float:
     """Slope of log(cost) against log(product), least squares."""
-    x = [math.log(product) for product, _ in points]
-    y = [math.log(cost) for _, cost in points]
-    mean_x, mean_y = sum(x) / len(x), sum(y) / len(y)
-    return sum((a - mean_x) * (b - mean_y) for a, b in zip(x, y, strict=True)) / sum((a - mean_x) ** 2 for a in x)
+    return linear_regression(*([math.log(value) for value in values] for values in zip(*points, strict=True))).slope
 
 
 @EXAMPLE_4.feasible(

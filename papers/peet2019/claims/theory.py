@@ -1,18 +1,13 @@
 """Secs. I and III-VIII: the theorems, each as printed and as corrected, on random data and in closed loops."""
 
 from functools import partial
-from typing import Any
 
 from papers._common import solvers
 from papers.peet2019.experiments.readings import HOUSE
-from replication.audit.declare import Part, below, positive
+from replication.audit.declare import ROUNDING, Part, positive, rounded
 from replication.audit.judge.numerals import short
 from replication.audit.model import NO_READING, Evidence, Results, Verdict
 from replication.verify.predicate import Predicate, term
-
-ROUNDING = 1e-10
-"""Residuals of an identity below this are rounding: the data are of size one."""
-WHY_ROUNDING = "An identity holds up to the rounding of quadrature and linear algebra on data of size one."
 
 ALONG = "solutions with d<e, P e>/dt = 2<e, P e'>"
 """Of which solutions the proof of Theorem 1 speaks."""
@@ -164,11 +159,6 @@ def vanishing(results: Results) -> Evidence:
         "with w.",
         as_printed=without_symmetry(results),
     )
-
-
-def rounded(residual: float, **fields: Any) -> Evidence:
-    """Evidence that an identity holds up to rounding."""
-    return below(residual, ROUNDING, WHY_ROUNDING, **fields)
 
 
 def _residuals(method: str, corrected: float, as_printed: float, errors: dict[str, float], note: str) -> Evidence:

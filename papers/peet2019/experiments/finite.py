@@ -11,6 +11,7 @@ import numpy as np
 import scipy
 
 from papers.peet2019.method import pade_model, riccati_gain
+from replication.audit.judge.numerals import layout
 from replication.audit.judge.printed import Parameters, spread
 from replication.estimation.delay.plant import delay_system
 from replication.estimation.linear.norms import continuous_norm
@@ -21,8 +22,6 @@ ABOVE = 1.02
 """Level, over the gain of the error dynamics, for which P is made."""
 SLACK = 1e-4
 """Weight of |e|² in the Riccati equation, which makes the inequality strict."""
-TIGHT = 1e-9
-"""Relative width to which the least γ of (3) is bisected."""
 
 
 def matrix_3(p: Array, z: Array, plant: dict[str, Array], gamma: float) -> Array:
@@ -38,17 +37,11 @@ def matrix_3(p: Array, z: Array, plant: dict[str, Array], gamma: float) -> Array
     )
 
 
-def least_level(p: Array, z: Array, plant: dict[str, Array], start: float) -> float:
-    """Upper end of a bracket of the least γ at which (3) holds for P and Z; doubled from `start` until it does."""
-    high = start
-    while np.linalg.eigvalsh(matrix_3(p, z, plant, high))[-1] >= 0.0:
-        high *= 2.0
-    low = 0.0
-    while high - low > TIGHT * high:
-        middle = (low + high) / 2.0
-        holds = np.linalg.eigvalsh(matrix_3(p, z, plant, middle))[-1] < 0.0
-        low, high = (low, middle) if holds else (middle, high)
-    return high
+def least_level(p: Array, z: Array, plant: dict[str, Array]) -> float:
+    """The least γ at which (3) holds for P and Z, by its Schur complement."""
+    matrix = matrix_3(p, z, plant, 0.0)
+    cross = matrix[:N, N:]
+    return float(scipy.linalg.eigh(cross @ cross.T, -matrix[:N, :N], eigvals_only=True)[-1])
 
 
 def lmi_3(trials: int, seed: int) -> dict[str, Any]:
@@ -68,7 +61,7 @@ def lmi_3(trials: int, seed: int) -> dict[str, Any]:
         weight = plant["c1"].T @ plant["c1"] / level + SLACK * np.eye(N)
         p = np.asarray(scipy.linalg.solve_continuous_are(a, b, weight, -level * np.eye(INPUTS)))
         z = p @ gain
-        least = least_level(p, z, plant, level)
+        least = least_level(p, z, plant)
         injection = np.linalg.solve(p, z)
         ratios.append(_gain(plant, injection) / least)
         storage.append(float(np.linalg.eigvalsh(p)[0]))
@@ -139,7 +132,9 @@ def _gain(plant: dict[str, Array], gain: Array) -> float:
 def pade_level(plant: dict[str, Any], order: int, claim: str) -> dict[str, Any]:
     """The Riccati gain of the Padé model of `plant`; moved are A_0, A_i and the delays."""
     delays = {f"tau_{i + 1}": f"{tau:g}" for i, tau in enumerate(plant["delays"])}
-    blocks = {f"A_{i}": _printed(block) for i, block in enumerate([plant["a0"], *plant["a"]])}
+    blocks = {
+        f"A_{i}": layout(tuple(map(tuple, block)), "{:g}".format) for i, block in enumerate([plant["a0"], *plant["a"]])
+    }
 
     def compute(numbers: Parameters) -> dict[str, float]:
         a0, *delayed = (numbers[name] for name in blocks)
@@ -148,8 +143,3 @@ def pade_level(plant: dict[str, Any], order: int, claim: str) -> dict[str, Any]:
         return {claim: float(riccati_gain(pade_model(moved, order)))}
 
     return spread({**blocks, **delays}, compute)
-
-
-def _printed(block: list[list[float]]) -> str:
-    """A matrix as it is printed: whole numbers without a point."""
-    return "[" + "; ".join(" ".join(f"{entry:g}" for entry in row) for row in block) + "]"

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from numpy.polynomial.polynomial import polyder
 
 Array = npt.NDArray[np.float64]
 
@@ -46,26 +47,17 @@ class Poly:
     c: Array
 
     def at(self, s: Array | float) -> Array:
-        """Values (len(s), rows, columns) of a polynomial of one variable."""
-        powers = np.vander(np.atleast_1d(s), self.c.shape[0], increasing=True)
-        return np.asarray(np.einsum("tk,kij->tij", powers, self.c), dtype=float)
+        """Values (len(s), rows, columns) of a polynomial of one variable; of two, its coefficients in the second."""
+        return np.tensordot(np.vander(np.atleast_1d(s), len(self.c), increasing=True), self.c, 1)
 
     def slope(self, s: Array | float) -> Array:
         """Derivative of a polynomial of one variable."""
-        return Poly(self.c[1:] * np.arange(1, self.c.shape[0])[:, None, None]).at(s)
+        return Poly(np.asarray(polyder(self.c), float)).at(s)
 
     def at2(self, s: Array | float, theta: Array | float, slope: tuple[int, int] = (0, 0)) -> Array:
         """Values (len(s), len(θ), rows, columns), differentiated `slope` times in s and θ (0 or 1 each)."""
-        first, second = _powers(s, self.c.shape[0], slope[0]), _powers(theta, self.c.shape[1], slope[1])
-        inner = (first @ self.c.reshape(len(self.c), -1)).reshape(len(first), self.c.shape[1], -1)
-        return np.asarray((second @ inner).reshape(len(first), len(second), *self.c.shape[2:]))
-
-
-def _powers(s: Array | float, count: int, slope: int) -> Array:
-    powers = np.vander(np.atleast_1d(s), count, increasing=True)
-    if slope:
-        powers = np.hstack([np.zeros((powers.shape[0], 1)), powers[:, :-1] * np.arange(1, count)])
-    return powers
+        c = np.asarray(polyder(polyder(self.c, slope[0]), slope[1], axis=1), float)
+        return Poly(Poly(c).at(s).swapaxes(0, 1)).at(theta).swapaxes(0, 1)
 
 
 GAUSS = np.polynomial.legendre.leggauss(POINTS)

@@ -20,12 +20,6 @@ TIED = 1e-9
 """Errors whose ratio is this near to one are equal up to rounding."""
 
 
-def by_value(values: Mapping[str, float], **fields: Any) -> Evidence:
-    """A printed number; values: the number by reading, that of the claim first."""
-    outcomes = tuple(Outcome(reading=reading, value=value) for reading, value in values.items())
-    return Evidence(value=outcomes[0].value, outcomes=outcomes, **fields)
-
-
 def none_gives_the_table(results: Results) -> str:
     """What Table I says of the two readings of DRC-PMI: it bears out neither."""
     slow, single = (results["table"]["ratios"][observer][0] for observer in printed.PMI_OPEN)
@@ -177,11 +171,11 @@ def unbounded(index: int, results: Results) -> Evidence:
 def cell(column: str, index: int, results: Results) -> Evidence:
     """One entry of Table I in percent under the literal reading."""
     table, observer, searched = results["table"], COLUMNS[column], results["windows"][column][index]
-    return by_value(
-        {
-            **{choice: ratios[index] for choice, ratios in table["readings"][column].items()},
-            FROM_SOME_TIME: searched["from_some_time"],
-        },
+    values = {choice: ratios[index] for choice, ratios in table["readings"][column].items()}
+    values[FROM_SOME_TIME] = searched["from_some_time"]
+    return Evidence(
+        value=values[printed.LITERAL],
+        outcomes=tuple(Outcome(reading=reading, value=value) for reading, value in values.items()),
         method=STEADY,
         cross_check=SIMULATED,
         quantities={"lifted against simulated, rad": table["agreement"][observer][index]},

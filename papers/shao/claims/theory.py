@@ -7,7 +7,7 @@ from typing import Any
 from msgspec.structs import replace
 
 from papers.shao.printed import APO, DATA, RESTARTED
-from replication.audit.declare import Part, below, positive
+from replication.audit.declare import Part, positive, rounded
 from replication.audit.judge.numerals import short
 from replication.audit.model import NO_READING, Evidence, Results
 from replication.verify.predicate import term
@@ -17,20 +17,10 @@ THEOREM = Part("Sec. IV: stability result, eqs. (9) to (22)", reading=NO_READING
 
 MOTOR = Part("Sec. V: motor model, parameters, gains, feedforward", reading=NO_READING)
 
-ROUND_OFF = 1e-9
-"""A residual below this is rounding."""
-
 
 def residual(method: str, gap: float, as_printed: Evidence | None = None) -> Evidence:
     """Evidence that an identity holds up to rounding."""
-    return below(
-        gap,
-        ROUND_OFF,
-        "An identity holds up to rounding, relative to the size of its terms.",
-        method=method,
-        quantities={"residual": gap},
-        as_printed=as_printed,
-    )
+    return rounded(gap, method=method, quantities={"residual": gap}, as_printed=as_printed)
 
 
 RANDOM = "largest left over right side for random loops of order two, from random states, exact at times of a grid"

@@ -4,31 +4,29 @@ import math
 from itertools import groupby, pairwise
 from typing import Any
 
-from papers._common import figure_data
+from papers._common import Columns
 from papers.shao import printed
 from papers.shao.experiments.tracking import SEARCH, merged
 from papers.shao.figures import look
 from papers.shao.printed import APO, COUNTEREXAMPLE, DESIGN, FAST, NAMES, PMI, RESTARTED
 from replication.audit.model import Results
-from replication.audit.parts import FigureData
 from replication.drawing.style import FOREGROUND, GREY, OURS, name_axes, name_line, new_axes, out_of_bounds, say
 
 ENDS = 4.0, 15.0
 """What the upper panel of the counter-example shows: until when, in s, and how high."""
 
 
-def counter_example(results: Results) -> FigureData:
+def counter_example(results: Results) -> Columns:
     """x(t) of the counter-example at its own M and at a longer one, by predictor."""
     record = results["divergence"]
     columns = {name: record["own"][name] for name in (APO, RESTARTED, FAST)}
     longer = {f"longer_{name}": record["longer"][name] for name in (RESTARTED, FAST)}
-    return figure_data({"time_s": record["time"]} | columns | longer | {"longer_ratio": [record["ratio"]]})
+    return {"time_s": record["time"]} | columns | longer | {"longer_ratio": [record["ratio"]]}
 
 
-def plot_counter_example(drawn: FigureData) -> Any:
+def plot_counter_example(c: Columns) -> Any:
     """Above the printed predictor at M = 5, below the restarted one where the sensor is slower."""
     figure, axes = new_axes(2, row_height=2.3, share_x=False)
-    c = drawn.columns
     panels = ("", COUNTEREXAMPLE.ratio, ABOVE), ("longer_", int(c["longer_ratio"][0]), BELOW)
     for axis, (front, ratio, curves) in zip(axes, panels, strict=True):
         for name, (text, at, side, ha) in curves.items():
@@ -50,15 +48,14 @@ BELOW = {FAST: ("fast sensor", 5.0, -1, "left"), RESTARTED: ("restarted predicto
 """By panel the curves: the name of each, at which time it stands, on which side, and which end of it is there."""
 
 
-def _grown(drawn: FigureData) -> float:
+def _grown(c: Columns) -> float:
     """x of the printed loop at the end of the upper panel."""
-    return min(zip(drawn.columns["time_s"], drawn.columns[APO], strict=True), key=lambda at: abs(at[0] - ENDS[0]))[1]
+    return float(min(zip(c["time_s"], c[APO], strict=True), key=lambda at: abs(at[0] - ENDS[0]))[1])
 
 
-def _told_counter_example(drawn: FigureData) -> dict[str, Any]:
-    c = drawn.columns
+def _told_counter_example(c: Columns) -> dict[str, Any]:
     return {
-        "grown": _grown(drawn),
+        "grown": _grown(c),
         "until": ENDS[0],
         "ratio": COUNTEREXAMPLE.ratio,
         "start": c[APO][0],
@@ -67,13 +64,13 @@ def _told_counter_example(drawn: FigureData) -> dict[str, Any]:
     }
 
 
-def eigenvalues(results: Results) -> FigureData:
+def eigenvalues(results: Results) -> Columns:
     """Moduli of the eigenvalues under DRC-APO, and the radii of the other loops, against T."""
     record = results["eigenvalues"]
     moduli = record["moduli"][APO]
     columns = {"period_s": record["periods"]}
     columns |= {f"{APO}_{rank + 1}": [row[rank] for row in moduli] for rank in range(len(moduli[0]))}
-    return figure_data(columns | {name: [row[0] for row in record["moduli"][name]] for name in (PMI, RESTARTED, FAST)})
+    return columns | {name: [row[0] for row in record["moduli"][name]] for name in (PMI, RESTARTED, FAST)}
 
 
 LOW, TOP = 0.2, 1.4
@@ -84,10 +81,9 @@ BESIDE = {APO: (0.06, 1, "right"), FAST: (0.04, -1, "right"), PMI: (0.12, -1, "r
 """Where the name of a curve stands: the period, the side, and which end of the words is there."""
 
 
-def plot_eigenvalues(drawn: FigureData) -> Any:
+def plot_eigenvalues(c: Columns) -> Any:
     """Moduli against T; above one is unstable."""
     figure, (axis,) = new_axes(row_height=3.2)
-    c = drawn.columns
     period = c["period_s"]
     out_of_bounds(axis, 1.0, TOP, "unstable above 1", at=0.45)
     for key, name in ((FAST, FAST), (PMI, PMI), (RESTARTED, RESTARTED), (f"{APO}_1", APO)):
@@ -108,9 +104,9 @@ SHORT = 0.006
 """Periods in s below the first at which the fast mode of the motor is folded."""
 
 
-def _told_eigenvalues(drawn: FigureData) -> dict[str, Any]:
+def _told_eigenvalues(c: Columns) -> dict[str, Any]:
     """The largest moduli under DRC-APO at short periods, over all of them, and nearest to the printed one."""
-    periods, apo, fast = (drawn.columns[name] for name in ("period_s", f"{APO}_1", FAST))
+    periods, apo, fast = (c[name] for name in ("period_s", f"{APO}_1", FAST))
     nearest = min(range(len(periods)), key=lambda k: abs(periods[k] - DESIGN.period))
     return {
         "count": len(fast),
@@ -126,22 +122,18 @@ def _told_eigenvalues(drawn: FigureData) -> dict[str, Any]:
     }
 
 
-def rates(results: Results) -> FigureData:
+def rates(results: Results) -> Columns:
     """Slowest rate of the counter-example against T, and its two candidate limits."""
     record = results["rates"]
     a, gain = COUNTEREXAMPLE.model.A[0, 0], (COUNTEREXAMPLE.injection @ COUNTEREXAMPLE.model.C)[0, 0]
     ends = [record["periods"][0], record["periods"][-1]]
-    return figure_data(
-        {"period_s": record["periods"]}
-        | dict(record["rates"])
-        | {"limit_period_s": ends, "shared_gain": [a - gain / COUNTEREXAMPLE.ratio] * 2, "full_gain": [a - gain] * 2}
-    )
+    limits = {"shared_gain": [a - gain / COUNTEREXAMPLE.ratio] * 2, "full_gain": [a - gain] * 2}
+    return {"period_s": record["periods"]} | dict(record["rates"]) | {"limit_period_s": ends} | limits
 
 
-def plot_rates(drawn: FigureData) -> Any:
+def plot_rates(c: Columns) -> Any:
     """Rate against T on a logarithmic axis; above zero is unstable."""
     figure, (axis,) = new_axes(row_height=2.7)
-    c = drawn.columns
     top = 1.35 * max(c[APO])
     out_of_bounds(axis, 0.0, top, "unstable above 0")
     for name in (FAST, RESTARTED, APO):
@@ -159,8 +151,8 @@ def plot_rates(drawn: FigureData) -> Any:
     return figure
 
 
-def _told_rates(drawn: FigureData) -> dict[str, Any]:
-    least = min(drawn.columns[APO])
+def _told_rates(c: Columns) -> dict[str, Any]:
+    least = min(c[APO])
     grows = f"The counter-example grows at every T shown, by {least:.2f} 1/s or more"
     return {
         "least": least,
@@ -168,18 +160,18 @@ def _told_rates(drawn: FigureData) -> dict[str, Any]:
     }
 
 
-def reading_scores(results: Results) -> FigureData:
+def reading_scores(results: Results) -> Columns:
     """Best distance for each structure and observer."""
     blocks = [results[name] for name in SEARCH]
     observers = merged(blocks).by_observer
     columns: dict[str, list[float]] = {"structure": [float(block["structure"]) for block in blocks]}
-    return figure_data(columns | {name: [block["by_observer"][name] for block in blocks] for name in observers})
+    return columns | {name: [block["by_observer"][name] for block in blocks] for name in observers}
 
 
-def plot_reading_scores(drawn: FigureData) -> Any:
+def plot_reading_scores(c: Columns) -> Any:
     """A line for each observer with a mark for each structure, the nearest one filled."""
     drawing, (axis,) = new_axes(row_height=3.2)
-    observers = _observers(drawn)
+    observers = _observers(c)
     axis.axvline(1.0, color=FOREGROUND, linewidth=1.0)
     say(axis, "line: agrees with the print", (1.0, -0.8), side=0, ha="left")
     for row, distances in enumerate(observers.values()):
@@ -196,18 +188,18 @@ def plot_reading_scores(drawn: FigureData) -> Any:
     return drawing
 
 
-def _observers(drawn: FigureData) -> dict[str, tuple[float, ...]]:
-    return {name: values for name, values in drawn.columns.items() if name != "structure"}
+def _observers(c: Columns) -> dict[str, tuple[float, ...]]:
+    return {name: values for name, values in c.items() if name != "structure"}
 
 
-def _told_reading_scores(drawn: FigureData) -> dict[str, Any]:
+def _told_reading_scores(c: Columns) -> dict[str, Any]:
     """The factors by which the nearest readings miss the worst number of a column, by observer and by column."""
-    observers = {name: math.exp(min(distances)) for name, distances in _observers(drawn).items()}
+    observers = {name: math.exp(min(distances)) for name, distances in _observers(c).items()}
     texts = [text for short in printed.COLUMNS for text in printed.table_1(f"DRC-{short.upper()}")]
     half_a_unit = max(0.5 * 10.0 ** -len(text.split(".")[1]) / float(text) for text in texts)
     pmi, apo = (min(observers[name] for name in group) for group in (printed.PMI_READINGS, printed.APO_READINGS))
     return {
-        "structures": len(drawn.columns["structure"]),
+        "structures": len(c["structure"]),
         "observers": "; ".join(f"{NAMES[name]}: {factor:.2f}" for name, factor in observers.items()),
         "pmi": pmi,
         "apo": apo,

@@ -3,12 +3,11 @@
 from functools import partial
 from typing import Any
 
-from papers._common import Drawn, figure_data
+from papers._common import Columns, Drawn
 from papers.shao import printed
 from papers.shao.figures import look
 from papers.shao.printed import APO, COLUMNS, FAST, HELD, NAMES, PMI, RESTARTED, SINGLE, STATE
 from replication.audit.model import Results
-from replication.audit.parts import FigureData
 from replication.drawing.style import FOREGROUND, GREY, name_axes, name_end, name_line, new_axes, rms
 
 ROWS = {
@@ -25,7 +24,7 @@ WEIGHTS = {"pmi": 0.7, "apo": 1.6}
 STARTS = ("from ζ(0) = 0", "from ζ(0) = (y(0), 0, 0)")
 
 
-def responses(sigma: str, results: Results) -> FigureData:
+def responses(sigma: str, results: Results) -> Columns:
     """Time, reference, outputs, tracking errors; instants, estimates and estimation errors; from both starts."""
     loops = {
         f"{short}{end}": results["transients"]["responses"][choice][name][sigma]
@@ -41,13 +40,12 @@ def responses(sigma: str, results: Results) -> FigureData:
     for short in loops:
         for key in ("output", "error", "estimate", "estimation_error"):
             columns[f"{key}_{short}"] = loops[short][key]
-    return figure_data(columns)
+    return columns
 
 
-def plot_responses(drawn: FigureData) -> Any:
+def plot_responses(c: Columns) -> Any:
     """A row for each signal, a column for each start; RMS values are those of the second half."""
     drawing, axes = new_axes(len(ROWS), len(FROM), row_height=1.45, sharey="row")
-    c = drawn.columns
     for row, (key, (time, label)) in enumerate(ROWS.items()):
         largest = max(abs(e) for short in COLUMNS for end in FROM.values() for e in c[f"{key}_{short}{end}"])
         for column, (end, start) in enumerate(zip(FROM.values(), STARTS, strict=True)):
@@ -68,9 +66,9 @@ def plot_responses(drawn: FigureData) -> Any:
     return drawing
 
 
-def _told_responses(drawn: FigureData) -> dict[str, Any]:
+def _told_responses(c: Columns) -> dict[str, Any]:
     """Errors early on from either start, and their root mean squares in the second half, from ζ(0) = 0."""
-    c, times = drawn.columns, len(drawn.columns["error_pmi"])
+    times = len(c["error_pmi"])
     early = [
         "{:.3f} and {:.3f} rad".format(
             *(max(abs(e) for e in c[f"error_{short}{end}"][times // 40 : times // 8]) for short in COLUMNS)
@@ -86,15 +84,13 @@ SWEPT = (PMI, APO, HELD, RESTARTED, FAST, STATE, SINGLE)
 LAGGING = (PMI, APO, HELD, RESTARTED)
 
 
-def error_curves(results: Results) -> FigureData:
+def error_curves(results: Results) -> Columns:
     """Percent error against σ, and Table I."""
     record = results["frequencies"]
     columns = {"frequency_rad_s": record["frequencies"]} | {name: record["ratios"][name] for name in SWEPT}
     columns["table_frequency_rad_s"] = printed.FREQUENCIES
     columns |= {f"literal_{short}": results["table"]["ratios"][loop] for short, loop in COLUMNS.items()}
-    return figure_data(
-        columns | {f"table_{short}": map(float, printed.table_1(f"DRC-{short.upper()}")) for short in COLUMNS}
-    )
+    return columns | {f"table_{short}": map(float, printed.table_1(f"DRC-{short.upper()}")) for short in COLUMNS}
 
 
 SHOWN = {"pmi": (PMI, HELD, SINGLE), "apo": (APO, FAST, RESTARTED, STATE)}
@@ -105,10 +101,9 @@ BESIDE = {PMI: (0.2, 1), HELD: (0.08, -1), SINGLE: (0.5, -1), APO: (0.3, 1), FAS
 """Where the name of a curve stands: the frequency, and above it to the left (1) or below it to the right (-1)."""
 
 
-def plot_error_curves(drawn: FigureData) -> Any:
+def plot_error_curves(c: Columns) -> Any:
     """One panel for each column of Table I, both axes logarithmic; the printed points are joined."""
     drawing, axes = new_axes(len(SHOWN), row_height=2.4)
-    c = drawn.columns
     for axis, (short, loops) in zip(axes, SHOWN.items(), strict=True):
         for loop in loops:
             (curve,) = axis.loglog(c["frequency_rad_s"], c[loop], **look(loop))
@@ -127,34 +122,33 @@ def plot_error_curves(drawn: FigureData) -> Any:
     return drawing
 
 
-def _print_over_ours(drawn: FigureData, short: str) -> tuple[float, float]:
+def _print_over_ours(c: Columns, short: str) -> tuple[float, float]:
     """The least and the largest printed error of a column as a multiple of that of the literal reading."""
-    pairs = zip(drawn.columns[f"table_{short}"], drawn.columns[f"literal_{short}"], strict=True)
+    pairs = zip(c[f"table_{short}"], c[f"literal_{short}"], strict=True)
     factors = [print_ / ours for print_, ours in pairs]
     return min(factors), max(factors)
 
 
-def _told_error_curves(drawn: FigureData) -> dict[str, Any]:
-    factors = {short: "{:.2f} to {:.2f}".format(*_print_over_ours(drawn, short)) for short in COLUMNS}
-    return {**factors, "last": drawn.columns["frequency_rad_s"][-1]}
+def _told_error_curves(c: Columns) -> dict[str, Any]:
+    factors = {short: "{:.2f} to {:.2f}".format(*_print_over_ours(c, short)) for short in COLUMNS}
+    return {**factors, "last": c["frequency_rad_s"][-1]}
 
 
-def lag_curves(results: Results) -> FigureData:
+def lag_curves(results: Results) -> Columns:
     """Mean lag of the estimate against M, with half the hold beside it, and the slowest rate under (6) at one M."""
     record = results["lags"]
     halves = [ratio * record["period"] / 2 for ratio in record["ratios"]]
     columns = {"ratio": record["ratios"]} | dict(record["lags"]) | {"half_slow_period_s": halves}
-    return figure_data(columns | {"rate_at_printed_ratio": [1 / results["transients"]["time_constants"][APO]]})
+    return columns | {"rate_at_printed_ratio": [1 / results["transients"]["time_constants"][APO]]}
 
 
 LIFTS = {PMI: 3.0, APO: -5.0, HELD: -12.0, RESTARTED: 0.0}
 """How far, in points, the names of the lags are moved apart."""
 
 
-def plot_lag_curves(drawn: FigureData) -> Any:
+def plot_lag_curves(c: Columns) -> Any:
     """Lag in seconds against M."""
     drawing, (axis,) = new_axes(row_height=2.5)
-    c = drawn.columns
     for index, name in enumerate(LAGGING):
         (curve,) = axis.plot(c["ratio"], c[name], marker="osv^"[index], markersize=4, **look(name))
         name_end(axis, curve, NAMES[name], lift=LIFTS[name])
@@ -165,8 +159,8 @@ def plot_lag_curves(drawn: FigureData) -> Any:
     return drawing
 
 
-def _told_lag_curves(drawn: FigureData) -> dict[str, Any]:
-    last = {f"last_{name}": values[-1] for name, values in drawn.columns.items()}
+def _told_lag_curves(c: Columns) -> dict[str, Any]:
+    last = {f"last_{name}": values[-1] for name, values in c.items()}
     return {**last, "printed_ratio": printed.DESIGN.ratio, "lowest": min(printed.FREQUENCIES)}
 
 
@@ -174,20 +168,19 @@ DISTURBED = (PMI, APO, HELD, RESTARTED, FAST)
 PARAMETERS = {"inertia": "inertia J", "flux": "flux", "resistance": "resistance R"}
 
 
-def robustness_curves(results: Results) -> FigureData:
+def robustness_curves(results: Results) -> Columns:
     """Percent error at σ = 1 rad/s against the factor by which a parameter of the plant is off."""
     record = results["robustness"]
     columns: dict[str, list[float]] = {"factor": record["factors"]}
     for parameter in PARAMETERS:
         for name in DISTURBED:
             columns[f"{parameter}_{name}"] = [float("inf") if e is None else e for _, e in record[parameter][name]]
-    return figure_data(columns)
+    return columns
 
 
-def plot_robustness_curves(drawn: FigureData) -> Any:
+def plot_robustness_curves(c: Columns) -> Any:
     """Error against the true over the nominal flux, on which it hangs; inertia and resistance are told in words."""
     drawing, (axis,) = new_axes(row_height=3.0)
-    c = drawn.columns
     for name in DISTURBED:
         (curve,) = axis.semilogy(c["factor"], c[f"flux_{name}"], zorder=3 if name == APO else 2, **look(name))
         at, side, ha = PLACES[name]
@@ -211,21 +204,21 @@ PLACES = {
 """Where the name of a curve stands: abscissa, side, and which end of the words is there."""
 
 
-def _largest(drawn: FigureData, parameter: str, loop: str = APO) -> float:
-    return max(drawn.columns[f"{parameter}_{loop}"])
+def _largest(c: Columns, parameter: str, loop: str = APO) -> float:
+    return float(max(c[f"{parameter}_{loop}"]))
 
 
-def _told_robustness_curves(drawn: FigureData) -> dict[str, Any]:
+def _told_robustness_curves(c: Columns) -> dict[str, Any]:
     """The error of DRC-APO where it is largest, by which factor the flux is off there, and the largest of all."""
-    apo, fast, factors = (drawn.columns[name] for name in (f"flux_{APO}", f"flux_{FAST}", "factor"))
+    apo, fast, factors = (c[name] for name in (f"flux_{APO}", f"flux_{FAST}", "factor"))
     at = apo.index(max(apo))
     return {
         "at": factors[at],
         "error": apo[at],
         "against": "more" if apo[at] > fast[at] else "less",
         "last": factors[-1],
-        "loops": "; ".join(f"{printed.LABELS[loop]} {_largest(drawn, 'flux', loop):.0f} %" for loop in DISTURBED),
-        "largest": "; ".join(f"{words} {_largest(drawn, name):.0f} %" for name, words in PARAMETERS.items()),
+        "loops": "; ".join(f"{printed.LABELS[loop]} {_largest(c, 'flux', loop):.0f} %" for loop in DISTURBED),
+        "largest": "; ".join(f"{words} {_largest(c, name):.0f} %" for name, words in PARAMETERS.items()),
     }
 
 

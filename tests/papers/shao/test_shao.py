@@ -50,14 +50,6 @@ def test_the_verifier_is_given_the_plants_that_are_computed_with() -> None:
     assert all(motor[symbol] == exact["motor"][symbol] for symbol in "ABC")
 
 
-def test_a_table_that_agrees_is_reproduced() -> None:
-    found = {name: result(f"shao.{name}") for name in ("table", "windows")}
-    found["table"]["readings"]["apo"] = dict.fromkeys(
-        printed.READ["apo"], tuple(map(float, printed.table_1("DRC-APO")))
-    )
-    assert verdict(PAPER, CLAIMS["shao.table.apo-3"], found) is Verdict.REPRODUCED
-
-
 def test_bounds_of_the_proof_are_approached() -> None:
     bounds = result("shao.bounds")
     assert 0.2 < bounds["worst"]["12"] <= 1
