@@ -21,7 +21,7 @@ from replication.estimation.api.running import PeriodicObserver, RunningObserver
 from replication.estimation.api.shown import Shown, Simulation
 from replication.estimation.delay.sos.observer import RunningDelayObserver
 from replication.estimation.nonuniform.result import RunningFilter
-from tests.estimation.api.api_plants import METHODS
+from tests.estimation.api.api_cases import METHODS
 
 SHARED: tuple[type, ...] = (Bracket, Shown, GainResult, Design, Simulation)
 SHARED += (RunningObserver, PeriodicObserver, RunningFilter, RunningDelayObserver)

@@ -11,12 +11,12 @@ from scipy.sparse.linalg import ArpackNoConvergence
 from replication.errors import InfeasibleError, InvalidInputError, ReplicationError, SolverError
 from replication.estimation import delay, dualrate, multirate, nonuniform
 from replication.estimation.nonuniform import result as results
-from tests.estimation.api.api_plants import CART, CASES, METHODS, PIPE, SERVO, SPRING, TANKS, TIMES, WAVES, result_of
+from tests.estimation.api.api_cases import CART, CARTS, CASES, PIPE, SERVO, SPRING, TANKS, TIMES, WAVES, result_of
 
 SAME = 1e-9
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", CASES)
 def test_names_of_the_plant_are_kept(method: str) -> None:
     signals = result_of(method).signals
     assert (signals.states, signals.inputs, signals.measurements, signals.outputs) == CASES[method].names
@@ -72,9 +72,8 @@ def test_other_statespaces_have_names_and_the_gain_of_the_bracket() -> None:
 
 
 def test_analysing_a_design_gives_its_bracket() -> None:
-    cart = {"periods": (1, 4), "offsets": (0, 2), "noise": [0.5, 0.1], "disturbances": ["wind"]}
     designed = result_of("multirate")
-    assert multirate.analyse(CART, designed.gains["L"], **cart).bracket == designed.bracket
+    assert multirate.analyse(CART, designed.gains["L"], offsets=(0, 2), **CARTS).bracket == designed.bracket
     robust = result_of("nonuniform")
     given = {"periods": (0.05, 0.2), "measured": 1, "leaves": 2, "horizon": 50}
     assert nonuniform.analyse(SPRING, robust.to_statespace(), **given).bracket == robust.bracket
