@@ -5,7 +5,6 @@ import doctest
 import enum
 import importlib
 import inspect
-import pydoc
 import re
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -182,8 +181,3 @@ PACKAGES = (estimation, multirate, nonuniform, dualrate, delay)
 @pytest.mark.parametrize("package", PACKAGES)
 def test_dir_shows_the_public_names_alone(package: Any) -> None:
     assert [name for name in dir(package) if not name.startswith("__")] == sorted(package.__all__)
-
-
-@pytest.mark.parametrize("package", PACKAGES[1:])
-def test_help_shows_design(package: Any) -> None:
-    assert "\n    design(" in pydoc.plain(pydoc.render_doc(package))

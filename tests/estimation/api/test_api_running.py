@@ -138,6 +138,7 @@ def test_a_missing_measurement_does_not_touch_the_model_of_a_delayed_plant() -> 
         observer.step(None, None)
     assert observer.missed == 200
     free = delay.design(TANKS, delayed=PIPE, delays=[0.4], measured=["float"], level=50.0, order=12)
+    assert free.value == 50.0
     other = free.observer(DT)
     other.reset([1.0, -1.0])
     for _ in range(200):

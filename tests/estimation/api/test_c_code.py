@@ -237,9 +237,7 @@ def test_with_time_stamps_it_is_equal_over_many_steps(kind: str, between: int, t
 
 
 @pytest.mark.parametrize("kind", STAMPED)
-def test_with_time_stamps_refusals_change_nothing_and_another_gain_is_noticed(
-    kind: str, tmp_path: Path
-) -> None:
+def test_with_time_stamps_refusals_change_nothing_and_another_gain_is_noticed(kind: str, tmp_path: Path) -> None:
     observer, other = stamped(kind), stamped(kind, 1.01)
     compiled = CompiledWithStamps(observer, tmp_path)
     for each in (compiled, observer, other):

@@ -4,7 +4,6 @@ import importlib
 from functools import cache
 from unittest.mock import patch
 
-import control
 import numpy as np
 import pytest
 import scipy.linalg
@@ -184,26 +183,6 @@ def test_baselines_are_those_of_the_frequency_response():
     assert zero_at_constant_periods(UNSTABLE, [0.1]) is None
     assert zero_at_constant_periods(INTEGRATORS, [0.1]) is None
     assert 0 < smoother_limit(INTEGRATORS, 0.1) < stamped_design(INTEGRATORS, PeriodRange(0.1, 0.1)).level
-
-
-def test_the_result_is_shown_and_exported():
-    system = control.ss(
-        UNSTABLE.A,
-        UNSTABLE.B,
-        np.vstack([UNSTABLE.C, UNSTABLE.L]),
-        np.vstack([UNSTABLE.D, np.zeros((2, 2))]),
-        outputs=["gauge", "speed", "sum"],
-    )
-    result = nonuniform.design_stamped(system, periods=(0.05, 0.4), measured=["gauge"], **SHORT)
-    assert result.signals.measurements == ("gauge",)
-    assert result.value == pytest.approx(unstable().value, rel=1e-9)
-    assert result.fact("level without sensors").value == "infinite"
-    at = result.to_statespace(0.2)
-    assert at.dt == 0.2
-    assert np.max(np.abs(at.poles())) < 1
-    (panel,) = result.panels()
-    assert set(panel.lines) == {"constant period", "Kalman filters"}
-    assert np.max(panel.lines["constant period"]) <= result.value
 
 
 @pytest.mark.parametrize(

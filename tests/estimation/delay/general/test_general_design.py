@@ -1,6 +1,5 @@
 """Designs for general delay plants: levels against the exact ones, exact gains within them, refusals with a reason."""
 
-import json
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -10,7 +9,7 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from benchmarks.delay_plants import EXAMPLES, late_sensor, random_plant
+from benchmarks.delay_plants import EXAMPLES, late_sensor
 from replication.errors import InfeasibleError, InvalidInputError, ReplicationError, SolverError
 from replication.estimation.delay import (
     DelayPlant,
@@ -19,18 +18,15 @@ from replication.estimation.delay import (
     design,
     exact_gain,
     limit,
-    simulate,
 )
 from replication.estimation.delay.exact.response import right_roots
-from replication.estimation.delay.general.synthesis import _Program, degree_of, least_level, observer_at
+from replication.estimation.delay.general.synthesis import _Program, degree_of, least_level
 from replication.estimation.delay.units import converted
 from replication.estimation.linear.norms import continuous_norm
 from replication.ownplant.methods import METHODS
 from replication.ownplant.reading import read_plant
 from tests.estimation.delay.plants import averaged, delayed_output, late, made_up, tanks, two_late
 
-SAMPLE = (6, 9, 11, 12)
-"""Seeds of random plants with small storage; among them unstable ones and late outputs."""
 WITHIN = {"late": 1e-5, "echo": 1e-4}
 
 
@@ -69,17 +65,6 @@ def test_a_design_keeps_its_level(plant) -> None:  # type: ignore[no-untyped-def
     assert continuous_norm(*result.gains_of.error_model(40)).lower == pytest.approx(bracket.lower, rel=1e-5)
     wrong = replace(result.gains_of, l0=-10.0 * result.gains_of.l0)
     assert right_roots(wrong.error)[1] or exact_gain(wrong, 1e-3).lower > bracket.upper
-
-
-@pytest.mark.parametrize(
-    ("plant", "degree"), [*((random_plant(np.random.default_rng(seed)), 6) for seed in SAMPLE), (averaged(), 10)]
-)
-def test_the_least_level_is_near_that_of_any_observer(plant: DelayPlant, degree: int) -> None:
-    exact, least = limit(plant), least_level(plant, degree)
-    assert least.slack > 0.0
-    assert exact.level * (1 - 1e-5) <= least.level <= exact.level * 1.002
-    proof, observer = observer_at(plant, least.level * 1.05, degree, least.scaling)
-    assert exact.level * (1 - 1e-3) <= exact_gain(observer, 1e-3).lower <= proof.level
 
 
 QUANTITIES: dict[str, Any] = {
@@ -227,19 +212,6 @@ def test_what_a_plant_with_noise_does_alone() -> None:
     growing = {fact.what: fact.value for fact in analyse(replace(plant, a0=np.array([[0.3]]))).evidence}
     assert growing["unstable roots"] == 1 and growing["gain from w to z"] == "infinite"
     assert {fact.what: fact.value for fact in analyse(late_sensor(0.5)).evidence}["unstable roots"] == "open"
-
-
-def test_a_result_is_shown_written_and_simulated() -> None:
-    result = design(delayed_output(), degree=3)
-    assert set(result.gains) == {"L0", "Lz", "L1", "E1"} == set(result.axes)
-    assert json.loads(result.to_json())["value"] == result.value
-    assert "static const double" in result.to_c_header("late")
-    (panel,) = result.panels()
-    assert panel.lines["gain"].max() <= result.value
-    times = np.arange(0.0, 20.0, 0.02)
-    w = np.sin(1.35 * times)[:, None] * np.array([1.0, 1.0])
-    assert 0.0 < simulate(result, times, w).ratio <= result.value
-    assert result.to_statespace().noutputs == 1
 
 
 def test_the_degree_follows_the_size() -> None:

@@ -90,14 +90,15 @@ def test_what_was_measured_is_within_what_is_promised() -> None:
     assert [sum(row[key] for key in row if key.endswith("seconds")) < 20.0 for row in big] == [True, True]
 
 
-@pytest.mark.parametrize("name", ["random 11", "random 12"])
-def test_a_measurement_comes_out_again(name: str) -> None:
-    plant = random_plant(np.random.default_rng(int(name.split()[1])))
-    found, row = measured(plant, RECORDED, 0.05), ROWS_OF[name]
+@pytest.mark.parametrize("seed", [6, 9, 11, 12])
+def test_a_measurement_comes_out_again(seed: int) -> None:
+    """Of plants with a small storage; among them unstable ones and late outputs."""
+    found, row = measured(random_plant(np.random.default_rng(seed)), RECORDED, 0.05), ROWS_OF[f"random {seed}"]
     # Rounding, which differs between processors, ends the method: the levels are told to this, as the page does.
     assert found["least"] == pytest.approx(row["least"], rel=PROMISED)
-    assert found["least"] > found["limit"] * (1 - PROMISED)
+    assert found["limit"] * (1 - PROMISED) <= found["least"] <= found["limit"] * 1.002
     assert found["limit"] == pytest.approx(row["limit"], rel=1e-6)
+    assert found["limit"] * (1 - 1e-3) <= found["gain"] <= found["proved"]
 
 
 # The small program: its inequalities, its gains, its solver
