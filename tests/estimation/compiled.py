@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 FLAGS = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-fPIC"]
-LEVELS = ("-O0", "-O2", "-O3", "-Os")
+LEVELS = ("-O0", "-O3", "-Os")
 """Compilers see more at each, and warn of more; at -O1 the library is compiled, where a warning is an error too."""
 COMPILERS = ("gcc", "clang", "cc")
 SANITIZER = ["-fsanitize=undefined", "-fsanitize-undefined-trap-on-error"]
