@@ -117,11 +117,15 @@ def test_the_norm_is_free_of_the_units_of_the_states(seed: int, n: int, N: int) 
 
 @pytest.mark.parametrize("unit", [1.0, 1e-9, 1e9])
 def test_the_variance_is_that_of_the_lyapunov_equation_in_any_units(unit: float) -> None:
+    """Of a slow and a fast mode that is seen at once; and of stages that differ, by the lifted system."""
     A, B, C = np.diag([0.9999, 0.1]), np.array([[1e-2, 1e-3], [0.0, 1.0]]), np.array([[1.0, 1.0]])
-    exact = C @ scipy.linalg.solve_discrete_lyapunov(A, B @ B.T) @ C.T
-    units = np.array([1.0, unit])
-    stage = Stage(A, units[:, None] * B, C / units, np.zeros((1, 2)))
-    assert white_noise_variance(PeriodicSystem((stage,) * 3)) == pytest.approx(exact.item(), rel=1e-9)
+    same = PeriodicSystem((Stage(A, B, C, np.array([[0.0, 2.0]])),) * 3)
+    for system in (same, stable_system(5, 2, 4)):
+        lifted, units = system.lift(), np.array([1.0, unit])
+        P = scipy.linalg.solve_discrete_lyapunov(lifted.A, lifted.B @ lifted.B.T)
+        total = np.trace(lifted.C @ P @ lifted.C.T + lifted.D @ lifted.D.T)
+        moved = (Stage(units[:, None] * A / units, units[:, None] * B, C / units, D) for A, B, C, D in system.stages)
+        assert white_noise_variance(PeriodicSystem(tuple(moved))) == pytest.approx(total / system.period, rel=1e-9)
 
 
 @pytest.mark.parametrize("a", [1.0, -1.0, 1.5])

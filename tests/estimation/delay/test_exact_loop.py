@@ -15,7 +15,7 @@ from replication.estimation.delay.exact.response import Cells, Response, right_r
 from replication.estimation.delay.exact.terms import Kernel, Terms, projected
 from replication.estimation.delay.general import sampled as module
 from replication.estimation.delay.general.observer import DelayObserver, exact_gain, worst_gain
-from replication.estimation.delay.general.sampled import InnovationsObserver, exact_response, sampled
+from replication.estimation.delay.general.sampled import InnovationsObserver, exact_response
 from replication.estimation.delay.plant import DelayPlant
 from tests.estimation.delay.plants import averaged, delayed_output, made_up, two_late
 
@@ -247,30 +247,6 @@ def test_a_start_is_taken_for_the_whole_past() -> None:
         found = observer.step(None, None)
     assert found[0] == pytest.approx(2.0 - 2.0 * 0.4, abs=1e-9)  # x' = -x(t - 0.5) = -2 up to 0.5 s
     assert observer.missed == 401
-
-
-def test_roots_of_the_recursion_are_counted() -> None:
-    """The eigenvalues of the recursion's companion matrix, for stable and unstable gains."""
-    counts = set()
-    for seed in range(8):
-        made = made_up(averaged(), 1.5, seed, degree=2)
-        recursion = sampled(plant_terms(made.plant), made.terms, 0.1)
-        n, _, q, _ = recursion.sizes
-        states, _, measured = recursion.parts
-        taps, half = recursion.taps[:, :, : n + q], recursion.dt / 2.0
-        blocks = np.zeros((len(taps) + 1, n + q, n + q))
-        blocks[:-1, :n] -= half * taps[:, states]
-        blocks[1:, :n] -= half * taps[:, states]
-        blocks[:-1, n:] = taps[:, measured]
-        blocks[0] += np.eye(n + q)
-        blocks[1, :n] -= np.eye(n, n + q)
-        first = np.linalg.solve(blocks[0], np.concatenate(list(blocks[1:]), axis=1))
-        size = first.shape[1]
-        companion = np.vstack([-first, np.eye(size - n - q, size)])
-        wanted = int(np.sum(np.abs(np.linalg.eigvals(companion)) > 1.0))
-        assert recursion.outside() == wanted
-        counts.add(wanted)
-    assert len(counts) > 1
 
 
 def test_steps_that_do_not_fit_are_refused() -> None:

@@ -20,63 +20,17 @@ from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import (
     NEGLIGIBLE,
     VIOLATION,
-    LmiVariables,
     Solver,
     design_for_periods,
     largest_eigenvalues,
-    lmi10,
     normalise,
     recover,
     robust_design,
 )
 from replication.estimation.nonuniform.stamped.design import StampedPlant
 
-CONGRUENCE = 1e-12
 ROUTES = 1e-8
 DEGENERATE = 1e-6
-
-
-def random_storage(rng, n):
-    """X, U of P-bar and Y, V of its inverse, all of order n."""
-    root = rng.standard_normal((2 * n, 2 * n))
-    P = root @ root.T + np.eye(2 * n)
-    inverse = np.linalg.inv(P)
-    return P, inverse[:n, :n], inverse[:n, n:]
-
-
-@pytest.mark.parametrize(("n", "m", "r", "s"), [(2, 1, 1, 1), (3, 2, 1, 2)])
-def test_lmi_10_is_the_congruence_of_6(n, m, r, s):
-    rng = np.random.default_rng(n)
-    plant = random_plant(rng, n, m, r, s)
-    P, Y, V = random_storage(rng, n)
-    X, U = P[:n, :n], P[:n, n:]
-    some = Filter(rng.standard_normal((n, n)), rng.standard_normal((n, r)), rng.standard_normal((s, n)))
-    delta = 1.7
-    Phi, Gamma = plant.discretise(0.4)
-    A, B = some.error_step(plant, Phi, Gamma)
-    C = some.error_output(plant)
-    zeros = np.zeros
-    six = np.block(
-        [
-            [-P, zeros((2 * n, s)), A @ P, B],
-            [zeros((s, 2 * n)), -np.eye(s), C @ P, zeros((s, m))],
-            [(A @ P).T, (C @ P).T, -P, zeros((2 * n, m))],
-            [B.T, zeros((m, s)), zeros((m, 2 * n)), -delta * np.eye(m)],
-        ]
-    )
-    Z = np.linalg.inv(X)
-    J1 = np.block([[Z, Y], [zeros((n, n)), V.T]])
-    J = np.zeros((len(six), len(six)))
-    for start, block in ((0, J1), (2 * n, np.eye(s)), (2 * n + s, J1), (4 * n + s, np.eye(m))):
-        J[start : start + len(block), start : start + len(block)] = block
-    v = LmiVariables(Z, Y, V @ some.B, some.C @ U.T @ Z, V @ some.A @ U.T @ Z, np.array(delta))
-    ten = lmi10(plant, Phi, Gamma, v)
-    assert np.linalg.norm(J.T @ six @ J - ten) <= CONGRUENCE * np.linalg.norm(ten)
-    # (11) returns a filter with the same input-output map.
-    got = recover(v)
-    for z in (1.3, -2.1 + 0.4j):
-        want = some.C @ np.linalg.solve(z * np.eye(n) - some.A, some.B)
-        assert np.allclose(got.C @ np.linalg.solve(z * np.eye(n) - got.A, got.B), want, rtol=1e-8, atol=1e-8)
 
 
 def test_routes_to_the_nominal_optimum():
