@@ -1,4 +1,4 @@
-"""Designs for general delay plants: levels against exact ones, refusals; plants as lines, the small program, its page."""
+"""Designs for general delay plants: levels against exact ones, refusals; plants as lines, small program and page."""
 
 import copy
 from dataclasses import replace
