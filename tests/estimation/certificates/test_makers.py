@@ -4,11 +4,10 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
-import numpy as np
 import pytest
 from flint import fmpq
 
-from papers.peet2019.method import open_loop_gain, pade_model
+from papers.peet2019.method import open_loop_gain
 from replication.certify import nonuniform
 from replication.certify.delay import levels as delay
 from replication.certify.nonuniform import storage_matrix
@@ -17,8 +16,6 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.nonuniform.bounds.guarantee import guaranteed_level
 from replication.estimation.nonuniform.filters import periodic_gain
 from replication.verify.run import check
-from replication.verify.subjects import plant
-from tests.estimation.delay.plants import frequency_response
 
 
 def scalar(a: str, c2: list[list[str]], delay_matrix: str = "-1/2") -> dict[str, Any]:
@@ -79,18 +76,6 @@ def test_the_hidden_gain_is_that_of_the_part_that_is_not_seen() -> None:
 def fmpq_float(text: str) -> float:
     number = rational(text)
     return int(number.p) / int(number.q)
-
-
-def test_the_ladder_is_the_pade_model() -> None:
-    system = delay.floating(plant("peet2019", "ex3"))
-    model = pade_model(system, 6)
-    A, B, C = delay._model(system, delay.section(6))
-    for omega in (0.0, 1.3, 4.0):
-        eye = np.eye(A.shape[0])
-        found = C @ np.linalg.solve(1j * omega * eye - A, B)
-        wanted = model.cz @ np.linalg.solve(1j * omega * np.eye(model.a.shape[0]) - model.a, model.b)
-        np.testing.assert_allclose(found, wanted, atol=1e-10)
-        np.testing.assert_allclose(found, frequency_response(system, omega)[0], atol=1e-4)
 
 
 # Under nonuniform sampling, for plants of one's own
