@@ -42,10 +42,6 @@ LONGEST = (
     "papers/test_report_page.py",
     "audit/test_browser_access.py",
     "audit/test_browser.py",
-    "estimation/multirate/test_multirate_optimum.py",
-    "estimation/api/test_c_code.py",
-    "ownplant/test_design_variants.py",
-    "estimation/nonuniform/test_stamped_design.py",
     "verify/test_attacks.py",
 )
 """Those of more than ten seconds. The first one computes what most tests of the papers read."""

@@ -143,33 +143,54 @@ def test_the_verifier_imports_python_flint_and_itself_only() -> None:
             assert name.startswith("replication.verify.") or name.split(".")[0] in allowed, f"{path}:{line} {name}"
 
 
-def test_the_verifier_runs_without_what_makes_certificates() -> None:
-    closed = ("numpy", "scipy", "cvxpy", "clarabel", "msgspec", "papers", "replication.errors", "replication.audit")
-    code = "import sys, replication.verify.run\nprint(*sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
-    loaded = done.stdout.split()
-    assert "flint" in loaded
-    assert [name for name in loaded if any(name == door or name.startswith(f"{door}.") for door in closed)] == []
+def modules_of(room: str) -> list[str]:
+    """The names of all modules below a folder."""
+    paths = sorted((ROOT / "replication" / room).rglob("*.py"))
+    return [".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__") for path in paths]
 
 
-@pytest.mark.parametrize(
-    ("room", "closed"),
-    [
-        ("replication/estimation", ("papers", "replication.audit")),
-        ("replication/audit", ("papers", "replication.estimation", "control", "cvxpy")),
-    ],
-)
-def test_importing_a_whole_room_opens_no_closed_door(room: str, closed: tuple[str, ...]) -> None:
-    modules = [
-        ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
-        for path in sorted((ROOT / room).rglob("*.py"))
-    ]
-    assert len(modules) > 3
-    code = f"import importlib, sys\nfor name in {modules!r}: importlib.import_module(name)\nprint(*sys.modules)"
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
+METHODS = ("multirate", "nonuniform", "dualrate", "delay")
+FOUR = f"from replication.estimation import {', '.join(METHODS)}\n"
+WHOLE = "import importlib\nfor name in {}: importlib.import_module(name)"
+HEAVY = ("numpy", "scipy", "control", "cvxpy", "clarabel", "sdpap", "matplotlib", "rich", "jinja2", "joblib", "msgspec")
+LOADED: dict[str, tuple[str, tuple[str, ...], tuple[str, ...]]] = {
+    "the verifier comes without what makes certificates": (
+        "import replication.verify.run",
+        ("flint",),
+        ("numpy", "scipy", "cvxpy", "clarabel", "msgspec", "papers", "replication.errors", "replication.audit"),
+    ),
+    **{
+        f"the room {room} opens no closed door": (WHOLE.format(modules_of(room)), (modules_of(room)[-1],), closed)
+        for room, closed in (
+            ("estimation", ("papers", "replication.audit")),
+            ("audit", ("papers", "replication.estimation", "control", "cvxpy")),
+        )
+    },
+    "the methods come without anything heavy until they are used": (f"{FOUR}import replication.cli", (), HEAVY),
+    # Plants as arrays need no python-control (whose import draws matplotlib in), no figure and no modeller.
+    "their functions come without what they need not": (
+        f"{FOUR}for door in ({', '.join(METHODS)}):\n    for name in door.__all__: getattr(door, name)",
+        ("numpy", *(f"replication.estimation.{method}.facade" for method in METHODS)),
+        ("control", "matplotlib", "cvxpy", "joblib", "rich", "msgspec"),
+    ),
+    "nor does a design for arrays need it": (
+        f"{FOUR}plant = multirate.MultiratePlant(A=[[0.5]], B_d=[[1]], C=[[1]], D=[[1]])\n"
+        "multirate.design(plant, periods=(2,))",
+        ("scipy",),
+        ("control", "matplotlib", "cvxpy", "rich"),
+    ),
+}
+"""What is run, what must be loaded then, and what must not."""
+
+
+@pytest.mark.parametrize("what", LOADED)
+def test_what_is_loaded_and_what_is_not(what: str) -> None:
+    code, wanted, closed = LOADED[what]
+    program = f"import sys\n{code}\nprint(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    loaded = done.stdout.split()
-    assert modules[-1] in loaded
+    loaded = set(done.stdout.split())
+    assert loaded >= set(wanted)
     assert [name for name in loaded if any(name == door or name.startswith(f"{door}.") for door in closed)] == []
 
 
@@ -246,21 +267,6 @@ def test_a_package_that_offers_its_modules_is_no_circle_unless_they_take_from_it
         (room / "__init__.py").write_text("from replication.room.a import x", encoding="utf-8")
         (room / "a.py").write_text(source, encoding="utf-8")
         assert circle(import_graph(tmp_path / str(steps))).count(" imports ") == steps
-
-
-def test_the_functions_of_the_methods_come_without_what_they_need_not() -> None:
-    """Plants as arrays need no python-control (whose import draws matplotlib in), no figure and no modeller."""
-    closed = ("control", "matplotlib", "cvxpy", "joblib", "rich", "msgspec")
-    methods = ("multirate", "nonuniform", "dualrate", "delay")
-    code = f"import sys\nfrom replication.estimation import {', '.join(methods)}\n"
-    code += (
-        f"for door in ({', '.join(methods)}):\n    for name in door.__all__: getattr(door, name)\nprint(*sys.modules)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    loaded = done.stdout.split()
-    assert {f"replication.estimation.{method}.facade" for method in methods} <= {*loaded}
-    assert [name for name in loaded if name.partition(".")[0] in closed] == []
 
 
 BRINGS_CODE = re.compile(

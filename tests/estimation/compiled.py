@@ -12,24 +12,31 @@ import numpy as np
 import pytest
 
 FLAGS = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-fPIC"]
-LEVELS = ("-O0", "-O2", "-O3", "-Os")
+LEVELS = ("-O0", "-O3", "-Os")
 """Compilers see more at each, and warn of more; at -O1 the library is compiled, where a warning is an error too."""
 COMPILERS = ("gcc", "clang", "cc")
 SANITIZER = ["-fsanitize=undefined", "-fsanitize-undefined-trap-on-error"]
 """Stops the process at undefined behaviour, such as an index beyond an array."""
-STEPS = 3_000
+STEPS = 1_000
 EXACT = 1e-12
+
+
+LIBRARIES: dict[str, ctypes.CDLL] = {}
+"""By source: each is compiled once, and keeps nothing between its calls."""
 
 
 def library_of(observer: Any, folder: Path, more: str = "") -> ctypes.CDLL:
     """The library of an observer that is named `own` there; more: source that it calls."""
+    text = observer.to_c("own", "An observer */ of the tests.") + more
+    if text in LIBRARIES:
+        return LIBRARIES[text]
     if shutil.which("cc") is None and not os.environ.get("CI"):
         pytest.skip("no C compiler: apt-get install gcc libc6-dev")
     source, library = folder / "observer.c", folder / "observer.so"
-    source.write_text(observer.to_c("own", "An observer */ of the tests.") + more, encoding="utf-8")
+    source.write_text(text, encoding="utf-8")
     command = ["cc", "-O1", *FLAGS, *SANITIZER, "-shared", source, "-o", library, "-lm"]
     subprocess.run(command, check=True, capture_output=True)
-    return ctypes.CDLL(str(library))
+    return LIBRARIES.setdefault(text, ctypes.CDLL(str(library)))
 
 
 def warnings_of(source: str, folder: Path) -> list[str]:
@@ -74,7 +81,7 @@ class Compiled:
         return answer, np.array(estimate)
 
 
-class Stamped:
+class CompiledWithStamps:
     """The C form of an estimator of three states with time stamps, called with the arguments of `reset` and `step`."""
 
     def __init__(self, observer: Any, folder: Path, more: str = "") -> None:

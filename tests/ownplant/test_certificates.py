@@ -3,24 +3,22 @@
 import dataclasses
 import doctest
 import json
-import subprocess
-import sys
 from fractions import Fraction
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from replication import twice
 from replication.certify import own
 from replication.certify.own import certificate, certified
 from replication.cli import main
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation import delay, dualrate, multirate, nonuniform
-from replication.estimation.api.results import GainResult
 from replication.verify.run import check
 from replication.verify.theorem import Refused
+from tests.estimation.api.api_cases import result_of
 from tests.ownplant.test_design_command import CASES
 
 ROOT = Path(__file__).parents[2]
@@ -31,22 +29,6 @@ SENTENCES = {
     "dualrate": "is stable: its spectral radius over one slow period is below 0.853",
     "delay": "is feasible at the level 0.579",
 }
-
-
-@cache
-def result_of(method: str) -> GainResult:
-    """One small design of each method."""
-    eye = np.eye(2)
-    if method == "multirate":
-        plant = multirate.MultiratePlant(A=[[1, 0.1], [0, 0.98]], B_d=[[0], [0.1]], C=[[0, 1], [1, 0]], D=eye / 3)
-        return multirate.design(plant, periods=(1, 2))
-    if method == "nonuniform":
-        tank = nonuniform.SampledPlant([[-1, 0], [1, -0.5]], [[1, 0], [0, 0]], [[0, 1]], [[0, 0.1]], [[1, 0]])
-        return nonuniform.design(tank, periods=(0.1, 0.3), leaves=2, horizon=50)
-    if method == "dualrate":
-        servo = dualrate.make_plant([[0, 1], [0, -1]], [[0], [1]], [[1, 0]])
-        return dualrate.design(servo, period=0.01, ratio=20)
-    return delay.design(delay.delay_system([[-1, 0.2], [0.5, -2]], [[[0, 0], [0.5, 0.2]]], [0.4], eye, eye, [[1, 0]]))
 
 
 def test_the_level_of_a_kalman_filter_is_proved_and_correlated_noise_is_refused() -> None:
@@ -73,10 +55,8 @@ def test_the_file_of_a_design_is_proved_by_the_verifier(
     made = folder / f"{name}-{method}.certificate.json"
     page = (folder / "index.html").read_text(encoding="utf-8")
     assert f'href="{made.name}"' in page and "--certificate" in page
-    done = subprocess.run(
-        [sys.executable, "verify.py", str(made)], cwd=ROOT, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0 and f"own plant: {proved.removeprefix('proved: ')}" in done.stdout
+    assert twice.main([str(made)]) == 0  # what verify.py calls
+    assert f"own plant: {proved.removeprefix('proved: ')}" in capsys.readouterr().out
     # A design with a certificate is replaced as any other; nothing else there is.
     assert main([*command, "--force"]) == 0
     made.rename(folder / "other.certificate.json")
@@ -98,7 +78,7 @@ def test_the_result_of_the_library_is_certified_and_its_floats_are_exact(method:
 
 @pytest.mark.parametrize(("time", "state", "output"), [(1e-3, 1e-3, 10.0), (1e3, 1e3, 1.0), (1.0, 1.0, 1e4)])
 def test_units_do_not_matter_to_a_certificate_with_delays(time: float, state: float, output: float) -> None:
-    """The plant of `result_of` in other units: solvers would fail on its matrices as they stand."""
+    """Two tanks in other units: solvers would fail on its matrices as they stand."""
     scale = np.array([[1.0, 1.0 / state], [state, 1.0]])
     A0, A1 = scale * [[-1, 0.2], [0.5, -2]] / time, scale * [[0, 0], [0.5, 0.2]] / time
     plant = delay.delay_system(A0, [A1], [0.4 * time], np.diag([1.0, state]), [[0.0, output / state]], [[1.0, 0.0]])

@@ -68,6 +68,10 @@ PLANTS = {
 }
 
 
+TWICE = ("unstable", "integrators, two sensors")
+"""Those that the slower arithmetic checks too."""
+
+
 @cache
 def result_of(name: str) -> StampedResult:
     plant, periods = PLANTS[name]
@@ -78,9 +82,10 @@ def test_both_arithmetics_prove_the_level_and_what_is_nearly_attained(tmp_path: 
     paths = {name: tmp_path / f"{place}.json" for place, name in enumerate(PLANTS)}
     for name, path in paths.items():
         path.write_text(json.dumps(certificate(result_of(name), "mine")), encoding="utf-8")
-    said = (twice.by(arithmetic, [*paths.values()], ROOT, 1) for arithmetic in twice.ARITHMETICS)
-    for (name, path), one, other in zip(paths.items(), *said, strict=True):
+    said = (twice.by(arithmetic, [paths[name] for name in TWICE], ROOT, 1) for arithmetic in twice.ARITHMETICS)
+    for name, one, other in zip(TWICE, *said, strict=True):
         assert not twice.difference(one, other), name
+    for name, path in paths.items():
         outcome, result = first.verify(path), result_of(name)
         assert outcome.theorem is not None, name
         lower, upper = (float(Fraction(str(end))) for end in (outcome.theorem.lower, outcome.theorem.upper))

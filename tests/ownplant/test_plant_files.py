@@ -207,7 +207,7 @@ def test_files_that_are_none_are_refused(tmp_path: Path) -> None:
         read_plant(tmp_path / "latin", "multirate")
 
 
-@settings(max_examples=50)
+@settings(max_examples=25)
 @given(st.recursive(st.none() | st.booleans() | st.floats() | st.text(), lambda inner: st.lists(inner, max_size=4)))
 def test_any_matrix_is_read_or_refused_by_name(value: object) -> None:
     """Whatever stands in place of a matrix: a finite rectangle of numbers, or a list of what is wrong with it."""

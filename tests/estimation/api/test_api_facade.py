@@ -1,13 +1,12 @@
-"""What holds for the public functions of all four methods: names, laziness, results, exports."""
+"""What holds for the results of all designs: names and units, laziness, tables, plots, exports, linear systems."""
 
 import ast
+import csv
 import importlib
 import io
 import json
 import pickle
 import re
-import subprocess
-import sys
 from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
@@ -24,33 +23,8 @@ from replication.estimation.api.plants import measured_outputs
 from replication.estimation.api.results import LITTLE, Bracket, baselines, outward
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.nonuniform.plant import SampledPlant
-from tests.estimation.api.api_plants import CASES, METHODS, result_of
-from tests.estimation.api.running_cases import DT, innovations
+from tests.estimation.api.api_cases import CART, CARTS, CASES, DT, METHODS, result_of, running
 from tests.estimation.dualrate.slow_loops import largest
-
-ROOT = Path(__file__).parents[3]
-HEAVY = ("numpy", "scipy", "control", "cvxpy", "clarabel", "sdpap", "matplotlib", "rich", "jinja2", "joblib", "msgspec")
-
-
-def loaded_after(code: str) -> set[str]:
-    program = f"import sys\n{code}\nprint([name for name in {HEAVY!r} if name in sys.modules])"
-    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=True)
-    return set(ast.literal_eval(done.stdout.splitlines()[-1]))
-
-
-def test_importing_the_package_and_its_methods_loads_nothing_heavy_until_used() -> None:
-    code = f"import replication, replication.cli\nfrom replication.estimation import {', '.join(METHODS)}"
-    assert loaded_after(code) == set()
-    assert "numpy" in loaded_after(f"{code}\nmultirate.design")
-
-
-def test_arrays_need_neither_python_control_nor_a_plot_library() -> None:
-    code = (
-        "from replication.estimation import multirate\n"
-        "plant = multirate.MultiratePlant(A=[[0.5]], B_d=[[1]], C=[[1]], D=[[1]])\n"
-        "multirate.design(plant, periods=(2,))"
-    )
-    assert loaded_after(code) & {"control", "matplotlib", "cvxpy", "rich"} == set()
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -73,7 +47,7 @@ def test_lazy_names_are_those_that_type_checkers_see(method: str) -> None:
         package.desing  # noqa: B018
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", CASES)
 def test_a_bracket_is_around_the_gain_and_its_upper_end_is_the_value(method: str) -> None:
     result = result_of(method)
     assert 0 < result.bracket.lower <= result.bracket.upper == result.value
@@ -82,7 +56,7 @@ def test_a_bracket_is_around_the_gain_and_its_upper_end_is_the_value(method: str
         result.fact("nothing")
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", CASES)
 def test_results_and_their_pickles_cannot_be_changed(method: str) -> None:
     result = result_of(method)
     with pytest.raises(AttributeError):
@@ -96,7 +70,7 @@ def test_results_and_their_pickles_cannot_be_changed(method: str) -> None:
     assert not any(gain.flags.writeable for gain in again.gains.values())
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", CASES)
 def test_all_that_is_exported_holds_the_same_gains(method: str) -> None:
     """JSON, a MATLAB file whose bytes do not change, and a C header."""
     result = result_of(method)
@@ -121,7 +95,7 @@ def test_a_header_needs_an_identifier(name: str) -> None:
         result_of("multirate").to_c_header(name)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", CASES)
 def test_text_table_and_html_show_the_same_rows(method: str) -> None:
     from rich.console import Console
 
@@ -141,7 +115,7 @@ def test_html_escapes_the_names_of_signals() -> None:
     assert "<script>" not in page and "&lt;script&gt;" in page
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", CASES)
 def test_a_plot_shows_the_curve_and_the_guaranteed_level(method: str) -> None:
     result = result_of(method)
     figure = result.plot()
@@ -154,12 +128,26 @@ def test_a_plot_shows_the_curve_and_the_guaranteed_level(method: str) -> None:
         assert values.max() <= result.value * (1 + 1e-6)
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_a_simulation_has_a_table_a_plot_and_a_dictionary(method: str) -> None:
-    simulation = CASES[method].simulate(result_of(method))
-    assert len(simulation.plot().axes) == len([s for s in simulation.signals.values() if s.size])
-    assert json.loads(json.dumps(simulation.to_dict()))["time"]["value"] == simulation.time.tolist()
-    assert all(len(signal) == len(simulation.time) for signal in simulation.signals.values())
+@pytest.mark.parametrize("method", CASES)
+def test_a_simulation_has_the_names_and_units_in_its_plot_its_table_and_its_dictionary(method: str) -> None:
+    case = CASES[method]
+    simulation, wanted = case.simulate(case.named()), case.columns
+    assert dict(simulation.columns) == wanted
+    for panel, (name, columns) in zip(simulation.panels(), wanted.items(), strict=True):
+        label = name if len(columns) > 1 else f"{name}: {columns[0]}"
+        assert (panel.y_label, tuple(panel.lines)) == (label, columns)
+        assert f"{name}: " in str(simulation) and ", ".join(columns) in str(simulation)
+    axes = simulation.plot().axes
+    assert len(axes) == len([signal for signal in simulation.signals.values() if signal.size])
+    drawn = {text.get_text() for one in axes for text in (*one.texts, *getattr(one.get_legend(), "texts", ()))}
+    assert drawn >= {column for columns in wanted.values() if len(columns) > 1 for column in columns}
+    # A table has a column for each, and reads back.
+    head, *rows = csv.reader(io.StringIO(simulation.to_csv()))
+    assert head == ["time (s)", *(f"{name}: {one}" for name, columns in wanted.items() for one in columns)]
+    assert np.array_equal(np.array(rows, dtype=float), np.column_stack([simulation.time, *simulation.signals.values()]))
+    told = json.loads(json.dumps(simulation.to_dict()))
+    assert told["columns"] == {name: list(columns) for name, columns in wanted.items()}
+    assert told["time"]["value"] == simulation.time.tolist()
     if simulation.ratio is not None:
         assert 0 < simulation.ratio <= result_of(method).value * (1 + 1e-6)
 
@@ -184,27 +172,38 @@ def test_brackets_are_rounded_outwards(lower: float, upper: float, shown: tuple[
 @pytest.mark.parametrize("wrong", [[0, 0], [0, 1], [], 0, 3, -1, True, "y[0]", [2], [-1]])
 def test_outputs_are_measured_once_and_some_are_left_to_estimate(wrong: Any) -> None:
     system = control.ss([[-1.0]], [[1.0]], [[1.0], [2.0]], 0)
-    assert measured_outputs(system, [1])[:2] == ([1], [0]) and measured_outputs(system, 1)[:2] == ([0], [1])
+    for last in ([1], ["y[1]"], [np.int64(1)], np.array([1])):
+        assert measured_outputs(system, last)[:2] == ([1], [0])
+    for first in (1, np.int64(1)):
+        assert measured_outputs(system, first)[:2] == ([0], [1])
     with pytest.raises(InvalidInputError):
         measured_outputs(system, wrong)
 
 
+def test_the_width_of_a_bracket_is_a_share_of_its_upper_end() -> None:
+    assert Bracket(1.0, 4.0, "m").width == 0.75
+    assert Bracket(0.0, 0.0, "m").width == 0.0
+
+
 CLOSE = 1e-10
 PERIODS = 40
-RESULTS = (*METHODS, "innovations")
+REPEATS = {
+    "multirate": 0.4,
+    "kalman": 0.4,
+    "nonuniform": True,
+    "dualrate": 0.2,
+    "slow rate": 0.2,
+    "delay": DT,
+    "innovations": DT,
+}
+"""Sampling periods of the linear systems that run as the observers do: those of the schedules."""
 
 
-def made(name: str) -> tuple[Any, Any, Any]:
-    """Result, running observer and linear system."""
-    result = innovations() if name == "innovations" else result_of(name)
-    given = (DT,) if result.method == "delay" else ()
-    return result, result.observer(*given), result.estimator(*given)
-
-
-@pytest.mark.parametrize("name", RESULTS)
-def test_it_gives_the_estimates_of_the_running_observer(name: str) -> None:
-    result, observer, system = made(name)
-    m, q = len(result.signals.inputs), len(result.signals.measurements)
+@pytest.mark.parametrize("name", REPEATS)
+def test_its_linear_system_gives_the_estimates_of_the_observer_with_the_names_of_the_plant(name: str) -> None:
+    result, observer = result_of(name), running(name)
+    system, signals = result.estimator(*((DT,) if result.method == "delay" else ())), result.signals
+    m, q = len(signals.inputs), len(signals.measurements)
     period = system.ninputs // (m + q)
     driven = np.random.default_rng(8).standard_normal((PERIODS * period, m + q))
     driven[0] = 0.0
@@ -217,28 +216,16 @@ def test_it_gives_the_estimates_of_the_running_observer(name: str) -> None:
     )
     assert np.abs(expected).max() > CLOSE
     assert np.allclose(response.outputs.T, expected, rtol=CLOSE, atol=CLOSE * np.abs(expected).max())
-
-
-@pytest.mark.parametrize("name", RESULTS)
-def test_it_has_the_names_of_the_plant(name: str) -> None:
-    result, _, system = made(name)
-    signals = result.signals
+    assert system.dt == pytest.approx(REPEATS[name])
+    assert [label.split("@")[0] for label in system.input_labels] == [*signals.inputs, *signals.measurements] * period
     estimated = signals.outputs if name == "nonuniform" else signals.states
-    assert [label.split("@")[0] for label in system.input_labels] == [*signals.inputs, *signals.measurements] * (
-        system.ninputs // (len(signals.inputs) + len(signals.measurements))
-    )
     assert {label.split("@")[0] for label in system.output_labels} == {f"estimate of {name}" for name in estimated}
 
 
-@pytest.mark.parametrize(("name", "dt"), [("multirate", 0.4), ("dualrate", 0.2), ("delay", DT), ("nonuniform", True)])
-def test_its_period_is_that_of_the_schedule(name: str, dt: float | bool) -> None:
-    assert made(name)[2].dt == pytest.approx(dt)
-
-
-@pytest.mark.parametrize("result", [innovations, lambda: result_of("delay")])
-def test_too_many_states_are_refused(result: Any) -> None:
+@pytest.mark.parametrize("name", ["innovations", "delay"])
+def test_too_many_states_are_refused(name: str) -> None:
     with pytest.raises(InvalidInputError, match="states, more than 2000; choose a longer dt"):
-        result().estimator(1e-4)
+        result_of(name).estimator(1e-4)
 
 
 A, B_D, C, D = np.array([[0.9, 0.1], [0.0, 0.8]]), np.array([[0.0], [0.1]]), np.eye(2), np.diag([0.5, 0.1])
@@ -286,3 +273,43 @@ def test_nonuniform_levels_are_those_of_other_packages() -> None:
     assert result.fact("level without sensors").value == pytest.approx(gain(Phi, Gamma, tank.L), rel=LEVELS)
     own = result.fact("level at constant periods").value
     assert isinstance(own, float) and result.bracket.lower == pytest.approx(own, rel=0.1) and own <= result.value
+
+
+def test_outputs_that_are_the_states_follow_their_names() -> None:
+    named = result_of("multirate").named(states=["place", "pace"])
+    assert named.signals.outputs == ("place", "pace")
+    assert named.signals.measurements == ("encoder", "camera")
+    own = result_of("multirate").named(states=["place", "pace"], outputs=["a", "b"])
+    assert own.signals.outputs == ("a", "b")
+    late = multirate.design(CART, latency=(0, 1), **CARTS)
+    assert late.named(states=["place", "pace"]).signals.states[:2] == ("place", "pace")
+    assert late.named(states=["place", "pace"]).signals.states[2:] == late.signals.states[2:]
+    for names in ([], ["place"]):
+        with pytest.raises(InvalidInputError, match="states must be 2 different names"):
+            late.named(states=names)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"states": "ab"}, "sequence of names"),
+        *(({"states": names}, "states must be 2 different names") for names in ([], ["a"], ["a", "b", "c"])),
+        ({"measurements": ["a"]}, "measurements must be 2 different names"),
+        ({"measurements": ["a", "a"]}, "measurements must be 2 different names"),
+        ({"inputs": [1]}, "sequence of names"),
+        ({"units": {"wheel": "m"}}, "no signal 'wheel'; there are camera, encoder"),
+    ],
+)
+def test_names_that_do_not_fit_are_refused(given: dict[str, object], said: str) -> None:
+    with pytest.raises(InvalidInputError, match=said):
+        result_of("multirate").named(**given)
+
+
+def test_the_worst_noise_has_the_names_of_the_plant() -> None:
+    system = control.ss([[0.9]], [[1.0, 0.5]], [[1.0]], 0, 0.1, inputs=["wind", "valve"], outputs=["gauge"])
+    result = multirate.design(system, periods=(2,), noise=[0.3], disturbances=["wind"])
+    assert result.simulate(20, disturbance="worst").columns["disturbance"] == ("wind", "noise of gauge")
+    mixed = multirate.design(system, periods=(2,), noise=[[0.3, 0.1]], disturbances=["wind"], Q=[[2.0]])
+    assert mixed.simulate(20, disturbance="worst").columns["disturbance"] == ("d[0]", "noise of gauge")
+    plain = multirate.design(system, periods=(2,), noise=[[0.3, 0.1]], disturbances=["wind"])
+    assert plain.simulate(20, disturbance="worst").columns["disturbance"] == ("wind", "w[0]", "w[1]")

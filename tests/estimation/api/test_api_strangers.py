@@ -8,15 +8,15 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import ArpackNoConvergence
 
-from replication.errors import InfeasibleError, InvalidInputError, ReplicationError, SolverError
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation import delay, dualrate, multirate, nonuniform
 from replication.estimation.nonuniform import result as results
-from tests.estimation.api.api_plants import CART, CASES, METHODS, PIPE, SERVO, SPRING, TANKS, TIMES, WAVES, result_of
+from tests.estimation.api.api_cases import CART, CARTS, CASES, PIPE, SERVO, SPRING, TANKS, TIMES, WAVES, result_of
 
 SAME = 1e-9
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("method", CASES)
 def test_names_of_the_plant_are_kept(method: str) -> None:
     signals = result_of(method).signals
     assert (signals.states, signals.inputs, signals.measurements, signals.outputs) == CASES[method].names
@@ -60,6 +60,9 @@ def test_other_statespaces_have_names_and_the_gain_of_the_bracket() -> None:
     assert filter_.dt is True and list(filter_.input_labels) == ["gauge"]
     constant = nonuniform.analyse(SPRING, filter_, periods=(0.1, 0.1), measured=1, leaves=1, horizon=50)
     assert constant.to_statespace().dt == 0.1
+    stamped, h = result_of("stamped"), 0.1
+    at, same = stamped.to_statespace(h), stamped.constant(h)
+    assert at.dt == h and np.array_equal(np.vstack([at.A, at.C]), np.vstack([same.A, same.C]))
     loop = result_of("dualrate")
     lifted = loop.to_statespace()
     assert lifted.dt == pytest.approx(0.2) and lifted.output_labels[-1] == "camera@9"
@@ -72,9 +75,8 @@ def test_other_statespaces_have_names_and_the_gain_of_the_bracket() -> None:
 
 
 def test_analysing_a_design_gives_its_bracket() -> None:
-    cart = {"periods": (1, 4), "offsets": (0, 2), "noise": [0.5, 0.1], "disturbances": ["wind"]}
     designed = result_of("multirate")
-    assert multirate.analyse(CART, designed.gains["L"], **cart).bracket == designed.bracket
+    assert multirate.analyse(CART, designed.gains["L"], offsets=(0, 2), **CARTS).bracket == designed.bracket
     robust = result_of("nonuniform")
     given = {"periods": (0.05, 0.2), "measured": 1, "leaves": 2, "horizon": 50}
     assert nonuniform.analyse(SPRING, robust.to_statespace(), **given).bracket == robust.bracket
@@ -86,25 +88,6 @@ def test_analysing_a_design_gives_its_bracket() -> None:
     told = {one["what"]: one["value"] for one in alone.to_dict()["evidence"]}
     assert told["gain from w to z"] >= result_of("delay").bracket.lower
     assert "rightmost root" in str(alone) and len(alone.plot().axes) == 1
-
-
-@pytest.mark.parametrize("measured", [np.int64(1), np.array([0]), [np.int64(0)], ["gauge"]])
-def test_measured_outputs_may_be_numbers_of_numpy(measured: Any) -> None:
-    given = {"periods": (0.05, 0.2), "leaves": 2, "horizon": 50}
-    assert nonuniform.design(SPRING, measured=measured, **given).bracket == result_of("nonuniform").bracket
-
-
-def test_a_level_that_is_asked_for_is_kept_or_refused() -> None:
-    tanks = {"delayed": PIPE, "delays": [0.4], "measured": 1, "order": 12}
-    assert delay.design(TANKS, level=1.0, **tanks).value == 1.0
-    with pytest.raises(ReplicationError):
-        delay.design(TANKS, level=0.1, **tanks)
-
-
-def test_a_nominal_filter_guarantees_less_than_a_robust_one() -> None:
-    given = {"periods": (0.05, 0.2), "measured": 1, "leaves": 2, "horizon": 50}
-    nominal = nonuniform.design(SPRING, goal="nominal", **given)
-    assert nominal.bracket.lower > result_of("nonuniform").value
 
 
 def test_simulations_take_arrays_and_seeds() -> None:

@@ -4,23 +4,18 @@ from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
-import numpy as np
 import pytest
 from flint import fmpq
 
-from papers.peet2019.method import open_loop_gain, pade_model
+from papers.peet2019.method import open_loop_gain
 from replication.certify import nonuniform
-from replication.certify.delay import forms as delay_forms
-from replication.certify.delay import gram as delay_gram
 from replication.certify.delay import levels as delay
 from replication.certify.nonuniform import storage_matrix
-from replication.certify.rounding import exact, floats, rational
+from replication.certify.rounding import exact, rational
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.nonuniform.bounds.guarantee import guaranteed_level
 from replication.estimation.nonuniform.filters import periodic_gain
 from replication.verify.run import check
-from replication.verify.subjects import plant
-from tests.estimation.delay.plants import frequency_response
 
 
 def scalar(a: str, c2: list[list[str]], delay_matrix: str = "-1/2") -> dict[str, Any]:
@@ -69,13 +64,6 @@ def test_matrices_that_rounding_left_indefinite_are_refused(monkeypatch: pytest.
         delay.grams(plant, "2", 1)
 
 
-def test_coordinates_have_the_measurements_last() -> None:
-    for sensor in ([["0", "1"]], [["1", "0"]], [["3", "2"]]):
-        change = delay.change_of(scalar("-1", sensor))
-        inner = exact(sensor) * change.inv()
-        assert inner[0, 0] == 0 and inner[0, 1] != 0
-
-
 def test_the_hidden_gain_is_that_of_the_part_that_is_not_seen() -> None:
     system = scalar("-1", [["0", "1"]])
     alone = {**{key: [[rows[0][0]]] for key, rows in system.items() if key in ("A0", "B", "C10")}, "C2": [["1"]]}
@@ -88,40 +76,6 @@ def test_the_hidden_gain_is_that_of_the_part_that_is_not_seen() -> None:
 def fmpq_float(text: str) -> float:
     number = rational(text)
     return int(number.p) / int(number.q)
-
-
-def test_the_ladder_is_the_pade_model() -> None:
-    system = delay.floating(plant("peet2019", "ex3"))
-    model = pade_model(system, 6)
-    A, B, C = delay._model(system, delay.section(6))
-    for omega in (0.0, 1.3, 4.0):
-        eye = np.eye(A.shape[0])
-        found = C @ np.linalg.solve(1j * omega * eye - A, B)
-        wanted = model.cz @ np.linalg.solve(1j * omega * np.eye(model.a.shape[0]) - model.a, model.b)
-        np.testing.assert_allclose(found, wanted, atol=1e-10)
-        np.testing.assert_allclose(found, frequency_response(system, omega)[0], atol=1e-4)
-
-
-def test_rounding_meets_the_identity_exactly_and_stays_close() -> None:
-    system = plant("peet2019", "ex3")
-    change = delay.change_of(system)
-    dynamics = delay.dynamics_of(system, change)
-    point = delay_gram.centred(delay.floating(system, change), 1.36, 1, delay.TRACE)
-    gamma = fmpq(136, 100)
-    grams = delay_gram.exact_grams(dynamics, gamma, 1, point)
-    whole = delay_forms.supply(dynamics, gamma)
-    bases = {"storage": dynamics.states, "dissipation": dynamics.points}
-    storage: delay_forms.Form = {}
-    for kind, points in bases.items():
-        for weight, (gram, near) in enumerate(zip(grams[kind], getattr(point, kind), strict=True)):
-            np.testing.assert_allclose(floats(gram), near, atol=point.margin)
-            form = delay_forms.form_of(delay_forms.Basis(points, dynamics.functions, 1 - weight, weight), gram)
-            for key, value in form.items():
-                delay_forms.add(storage if kind == "storage" else whole, key, value)
-    for key, value in delay_forms.derivative(dynamics, storage).items():
-        delay_forms.add(whole, key, value)
-    left = {key for key, value in whole.items() if value != 0}
-    assert left and all(delay_forms.cancellable(dynamics, key) for key in left)
 
 
 # Under nonuniform sampling, for plants of one's own

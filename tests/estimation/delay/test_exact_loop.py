@@ -1,9 +1,7 @@
 """The exact gain of an observer against moments, grids, random delays, eigenvalues; and how it runs, also in C."""
 
-import ctypes
 import math
 from dataclasses import replace
-from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
@@ -17,9 +15,8 @@ from replication.estimation.delay.exact.response import Cells, Response, right_r
 from replication.estimation.delay.exact.terms import Kernel, Terms, projected
 from replication.estimation.delay.general import sampled as module
 from replication.estimation.delay.general.observer import DelayObserver, exact_gain, worst_gain
-from replication.estimation.delay.general.sampled import InnovationsObserver, exact_response, sampled
+from replication.estimation.delay.general.sampled import InnovationsObserver, exact_response
 from replication.estimation.delay.plant import DelayPlant
-from tests.estimation.compiled import EXACT, STEPS, Compiled
 from tests.estimation.delay.plants import averaged, delayed_output, made_up, two_late
 
 OMEGA = np.linspace(0.0, 12.0, 241)
@@ -252,30 +249,6 @@ def test_a_start_is_taken_for_the_whole_past() -> None:
     assert observer.missed == 401
 
 
-def test_roots_of_the_recursion_are_counted() -> None:
-    """The eigenvalues of the recursion's companion matrix, for stable and unstable gains."""
-    counts = set()
-    for seed in range(8):
-        made = made_up(averaged(), 1.5, seed, degree=2)
-        recursion = sampled(plant_terms(made.plant), made.terms, 0.1)
-        n, _, q, _ = recursion.sizes
-        states, _, measured = recursion.parts
-        taps, half = recursion.taps[:, :, : n + q], recursion.dt / 2.0
-        blocks = np.zeros((len(taps) + 1, n + q, n + q))
-        blocks[:-1, :n] -= half * taps[:, states]
-        blocks[1:, :n] -= half * taps[:, states]
-        blocks[:-1, n:] = taps[:, measured]
-        blocks[0] += np.eye(n + q)
-        blocks[1, :n] -= np.eye(n, n + q)
-        first = np.linalg.solve(blocks[0], np.concatenate(list(blocks[1:]), axis=1))
-        size = first.shape[1]
-        companion = np.vstack([-first, np.eye(size - n - q, size)])
-        wanted = int(np.sum(np.abs(np.linalg.eigvals(companion)) > 1.0))
-        assert recursion.outside() == wanted
-        counts.add(wanted)
-    assert len(counts) > 1
-
-
 def test_steps_that_do_not_fit_are_refused() -> None:
     made = made_up(averaged(), 0.2)
     with pytest.raises(InvalidInputError, match="dt"):
@@ -319,30 +292,3 @@ def test_simulated_errors_reach_the_gain_and_no_more(name: str) -> None:
     assert 0.98 * found.lower < trajectory.gain < found.upper * (1 + 1e-3)
     with pytest.raises(InvalidInputError, match="equidistant"):
         made.trajectory(times**2, w)
-
-
-@pytest.mark.parametrize("name", RUNNING)
-def test_c_is_equal_over_many_steps_and_refuses_what_python_refuses(name: str, tmp_path: Path) -> None:
-    made, rng = RUNNING[name](), np.random.default_rng(9)
-    observer, other = made.running(0.03), replace(made, l0=1.01 * made.l0).running(0.03)
-    compiled, start = Compiled(observer, tmp_path), rng.standard_normal(observer.states)
-    for each in (observer, other, compiled):
-        each.reset(start)
-    output = (ctypes.c_double * len(observer.output))()
-    kept = bytes(compiled.state)
-    assert compiled.step(np.zeros(observer.inputs), [math.inf])[0] == 1
-    assert not observer.inputs or compiled.step([math.nan], [1.0])[0] == 1
-    assert bytes(compiled.state) == kept
-    for _ in range(STEPS):
-        u, y = rng.standard_normal(observer.inputs), rng.standard_normal(observer.measurements)
-        y = np.where(rng.random(len(y)) < 0.2, np.nan, y)
-        answer, estimate = compiled.step(u, y)
-        wanted, apart = (each.step(u if observer.inputs else None, y) for each in (observer, other))
-        compiled.library.own_output(compiled.state, output)
-        assert answer == 0
-        assert np.allclose(estimate, wanted, rtol=EXACT, atol=EXACT)
-        assert np.allclose(output, observer.output, rtol=EXACT, atol=EXACT)
-        assert np.allclose(observer.innovation[np.isnan(y)], 0.0, atol=EXACT)
-    assert observer.missed > STEPS / 10 and not np.allclose(apart, wanted, atol=1e-9)
-    with pytest.raises(InvalidInputError, match="C identifier"):
-        observer.to_c("int")

@@ -42,8 +42,7 @@ def predicted(rate: float, noise: float, delay: float) -> float:
 
 
 @pytest.mark.parametrize("rate", [-1.0, 0.0, 0.4])
-@pytest.mark.parametrize("noise", [0.1, 2.0])
-@pytest.mark.parametrize("delay", [0.2, 2.5])
+@pytest.mark.parametrize(("noise", "delay"), [(0.1, 2.5), (2.0, 0.2)])
 def test_a_late_measurement_costs_the_prediction(rate: float, noise: float, delay: float) -> None:
     result = design(late(rate, noise, delay), goal="h2")
     assert rms(result) ** 2 == pytest.approx(predicted(rate, noise, delay), rel=EXACT)
@@ -73,7 +72,7 @@ def test_a_delayed_state_is_smoothed_with_a_fixed_lag(lag: float) -> None:
     assert result.fact("rms error, limit of any smoother").value ** 2 == pytest.approx(1 / 2, rel=EXACT)
 
 
-@pytest.mark.parametrize("seed", [6, 11, 12, 14])
+@pytest.mark.parametrize("seed", [6, 11])
 def test_random_plants_reach_the_least_mean_square(seed: int) -> None:
     plant = random_plant(np.random.default_rng(seed))
     plant = replace(plant, d11=np.zeros_like(plant.d11))

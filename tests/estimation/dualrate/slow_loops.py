@@ -5,11 +5,12 @@ from typing import Any
 import numpy as np
 import scipy.integrate
 import scipy.linalg
+import scipy.signal
 
 from papers.shao.method.motor import Feedforward, Motor, ReferenceTiming, tracking_command
 from replication.estimation.dualrate.loop import DualRateLoop, close_loop
 from replication.estimation.dualrate.observers import OBSERVERS
-from replication.estimation.dualrate.problem import DualRateDesign, dual_rate_design, make_plant
+from replication.estimation.dualrate.problem import DualRateDesign, dual_rate_design
 from replication.estimation.dualrate.slow.result import SlowRateResult
 
 PMSM = Motor(
@@ -34,15 +35,12 @@ def motor_loop(
     return close_loop(design, OBSERVERS[name], harmonic=harmonic)
 
 
-def random_design(rng: np.random.Generator, ratio: int) -> DualRateDesign:
-    """A generic third-order plant with mild gains: stable or not, it is a loop."""
-    return dual_rate_design(
-        make_plant(rng.normal(size=(3, 3)), rng.normal(size=(3, 1)), rng.normal(size=(1, 3))),
-        feedback=0.3 * rng.normal(size=(1, 3)),
-        injection=0.3 * rng.normal(size=(3, 1)),
-        period=0.2,
-        ratio=ratio,
-    )
+def textbook_loop(period: float, factor: float = 1.0) -> Any:
+    """Of the motor and its single-rate observer, whose sensor reads `factor` times y, from scipy's zero-order hold."""
+    A, B, C, K, L = MOTOR.A, MOTOR.B_u, MOTOR.C, MOTOR_DESIGN.feedback, MOTOR_DESIGN.injection
+    Ad, Bd = scipy.signal.cont2discrete((A, B, C, [[0]]), period)[:2]
+    F, GH = scipy.signal.cont2discrete((A - L @ C, np.hstack([B, L]), C, np.zeros((1, 2))), period)[:2]
+    return np.block([[Ad, Bd @ K], [factor * GH[:, 1:] @ C, F + GH[:, :1] @ K]])
 
 
 LEVITATION: tuple[Any, Any, Any] = ([[0.0, 1.0], [22.0, 0.0]], [[0.0], [1.0]], [[1.0, 0.0]])

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 import scipy.signal
-from slow_loops import MOTOR, MOTOR_DESIGN, START, motor_loop
+from slow_loops import MOTOR, MOTOR_DESIGN, START, motor_loop, textbook_loop
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.loop import close_loop, noise_gain, stability_radius
@@ -29,15 +29,10 @@ def oscillator_design(*, damping: float, period: float = 0.3) -> DualRateDesign:
 
 @pytest.mark.parametrize("factor", [2.0, 0.1, -1.0])
 def test_the_sensor_reads_the_true_plant(factor: float) -> None:
-    """Against the single-rate loop with a sensor gain, from scipy's zero-order hold."""
-    A, B, C = MOTOR.A, MOTOR.B_u, MOTOR.C
+    """Against the single-rate loop with a sensor gain."""
     design = replace(MOTOR_DESIGN, ratio=1)
-    K, L = design.feedback, design.injection
-    Ad, Bd = scipy.signal.cont2discrete((A, B, C, [[0]]), design.period)[:2]
-    F, GH = scipy.signal.cont2discrete((A - L @ C, np.hstack([B, L]), C, np.zeros((1, 2))), design.period)[:2]
-    textbook = np.block([[Ad, Bd @ K], [factor * GH[:, 1:] @ C, F + GH[:, :1] @ K]])
-    found = stability_radius(close_loop(design, APO, plant=make_plant(A, B, factor * C)))
-    assert found == pytest.approx(np.abs(np.linalg.eigvals(textbook)).max(), rel=1e-9)
+    found = stability_radius(close_loop(design, APO, plant=make_plant(MOTOR.A, MOTOR.B_u, factor * MOTOR.C)))
+    assert found == pytest.approx(np.abs(np.linalg.eigvals(textbook_loop(design.period, factor))).max(), rel=1e-9)
     assert abs(found - stability_radius(close_loop(design, APO))) > 1e-3
 
 

@@ -1,7 +1,6 @@
 """Constant loads and set-points: no error at rest, by simulation apart from the library's; the level under loads."""
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,6 @@ from replication.estimation.dualrate.problem import Plant
 from replication.estimation.dualrate.slow.controller import joint, root_mean_square
 from replication.estimation.dualrate.slow.result import SlowRateResult
 from replication.estimation.dualrate.steady import steady_of
-from tests.estimation.compiled import EXACT, STEPS, Compiled
 
 HEIGHT = Plant([[0, 1, 0], [0, -0.1, 1], [0, 0, 0]], [[0], [1], [0]], [[1, 0, 0]])
 """Height, speed and weight of something that flies."""
@@ -153,16 +151,3 @@ def test_neither_level_nor_rest_depends_on_coordinates(rates: str) -> None:
     assert other.fact("steady error").value * 50.0 == pytest.approx(0.0, abs=1e-6)
     steady = steady_of(moved)
     assert steady is not None and steady.load @ moved.A == pytest.approx(0.0, abs=1e-9)
-
-
-def test_the_c_form_is_equal_with_set_points_over_many_steps(tmp_path: Path) -> None:
-    rng = np.random.default_rng(5)
-    controller = designed(TANKS, "slow, held", tracked=[0, 1]).running()
-    compiled = Compiled(controller, tmp_path)
-    compiled.reset(np.zeros(controller.states))
-    for _ in range(STEPS):
-        r, y = rng.standard_normal(2), np.where(rng.random(2) < 0.1, np.nan, rng.standard_normal(2))
-        answer, found = compiled.step(r, y)
-        assert answer == 0
-        assert np.allclose(found, controller.step(r, y), rtol=EXACT, atol=EXACT * (1 + np.abs(found).max()))
-    assert controller.missed > STEPS / 100

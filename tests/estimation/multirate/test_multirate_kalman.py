@@ -7,15 +7,14 @@ from unittest.mock import patch
 import control
 import numpy as np
 import pytest
-import scipy.linalg
 from multirate_examples import PAPER, problem
 
 from replication.drawing.panels import draw
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation import dualrate, multirate
 from replication.estimation.dualrate.slow.controller import MARGIN
-from replication.estimation.linear.norms import l2_gain, white_noise_variance, worst_case_response
-from replication.estimation.linear.periodic import PeriodicSystem, Stage, simulate
+from replication.estimation.linear.norms import l2_gain, worst_case_response
+from replication.estimation.linear.periodic import simulate
 from replication.estimation.multirate import facade
 from replication.estimation.multirate import optimum as search
 from replication.estimation.multirate.kalman import kalman_centre, kalman_design, semidefinite, stabilises, state_units
@@ -23,7 +22,7 @@ from replication.estimation.multirate.optimum import DESIGN_MARGIN, optimal_desi
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import distinct_offsets
 from replication.estimation.multirate.result import mean_error_facts
-from tests.tolerances import AGREEMENT, ROUNDING
+from tests.tolerances import ROUNDING
 
 
 def test_only_gains_that_stabilise_pass_for_it() -> None:
@@ -32,16 +31,6 @@ def test_only_gains_that_stabilise_pass_for_it() -> None:
     maps = centre.scaled.maps()
     assert stabilises(centre.scaled, centre.states, maps)
     assert not stabilises(centre.scaled, 0 * centre.states, maps)
-
-
-def test_white_noise_variance_is_that_of_the_lyapunov_equation() -> None:
-    """Against the covariance of the lifted system by scipy."""
-    paper = problem(PAPER, (2, 3))
-    system = paper.error_system(optimal_design(paper).gains)
-    form = system.lift()
-    P = scipy.linalg.solve_discrete_lyapunov(form.A, form.B @ form.B.T)
-    total = np.trace(form.C @ P @ form.C.T + form.D @ form.D.T)
-    assert white_noise_variance(system) == pytest.approx(total / system.period, rel=AGREEMENT)
 
 
 def test_the_worst_case_stays_below_the_norm_and_tends_to_it() -> None:
@@ -91,11 +80,6 @@ def test_the_value_of_an_optimum_is_the_end_that_is_attained() -> None:
     wide = replace(found, lower=1.0, upper=2.0)
     assert replace(wide, limited_by="noncausal").value == 1.0
     assert replace(wide, limited_by="causal").value == 2.0
-
-
-def test_noise_that_reaches_the_output_at_once_counts() -> None:
-    one = Stage(*(np.array([[entry]]) for entry in (0.5, 1.0, 1.0, 2.0)))
-    assert white_noise_variance(PeriodicSystem((one,))) == pytest.approx(1 / (1 - 0.25) + 4, rel=ROUNDING)
 
 
 CART = control.ss(

@@ -5,7 +5,6 @@ from itertools import product
 from math import gcd
 from unittest.mock import patch
 
-import control
 import numpy as np
 import pytest
 import scipy.linalg
@@ -14,12 +13,12 @@ from multirate_examples import PAPER, problem
 from replication.errors import InvalidInputError
 from replication.estimation import multirate
 from replication.estimation.linear.norms import GainBracket
-from replication.estimation.linear.periodic import lifted_statespace, simulate
+from replication.estimation.linear.periodic import simulate
 from replication.estimation.multirate import MultiratePlant
 from replication.estimation.multirate import optimum as search
 from replication.estimation.multirate.optimum import kalman_design, optimum, search_timing
 from replication.estimation.multirate.problem import SensingSchedule, distinct_offsets, observer_system
-from tests.tolerances import AGREEMENT, ROUNDING
+from tests.tolerances import AGREEMENT
 
 
 def test_the_example_of_the_paper() -> None:
@@ -130,15 +129,3 @@ def test_plant_minus_observer_is_the_error_system() -> None:
     estimates = simulate(observer_system(DRIVEN, gains), np.hstack([u, measured]))
     errors = simulate(DRIVEN.error_system(gains), np.hstack([d, w]))
     np.testing.assert_allclose(np.array(states) @ plant.W.T - estimates, errors, atol=1e-8)
-
-
-def test_the_lifted_observer_gives_the_same_estimates_period_by_period() -> None:
-    rng = np.random.default_rng(9)
-    observer = observer_system(DRIVEN, kalman_design(DRIVEN).gains)
-    lifted = lifted_statespace(observer, dt=0.5)
-    assert isinstance(lifted, control.StateSpace)
-    assert lifted.dt == 3.0
-    assert (lifted.nstates, lifted.ninputs, lifted.noutputs) == (3, 6 * 4, 6 * 3)
-    inputs = rng.normal(size=(60, 4))
-    response = control.forced_response(lifted, inputs=inputs.reshape(10, 24).T)
-    np.testing.assert_allclose(response.outputs.T.reshape(60, 3), simulate(observer, inputs), atol=ROUNDING)

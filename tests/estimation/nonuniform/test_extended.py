@@ -12,7 +12,7 @@ from replication.errors import InvalidInputError
 from replication.estimation.multirate import ExtendedFilter
 from replication.estimation.nonuniform import ExtendedKalman, NoisyPlant, NonlinearPlant, StampedKalman
 from replication.estimation.recorded import replay
-from tests.estimation.compiled import EXACT, Stamped, warnings_of
+from tests.estimation.compiled import EXACT, CompiledWithStamps, warnings_of
 
 BEACON = np.array([3.0, -2.0])
 
@@ -166,7 +166,7 @@ void own_h(const double *x, double *y, double *H)
 def test_the_c_form_is_equal_and_refuses_alike(gate: float | None, tmp_path: Path) -> None:
     assert gate or warnings_of(ExtendedKalman(CART).to_c("own") + THEIRS, tmp_path) == []
     log, observer = track(400), ExtendedKalman(CART, gate=gate)
-    compiled = Stamped(observer, tmp_path, THEIRS)
+    compiled = CompiledWithStamps(observer, tmp_path, THEIRS)
     compiled.reset()
     for k in range(400):
         t, u, y = log["t"][k], [log["speed"][k], log["turn"][k]], [log["range"][k], log["compass"][k]]

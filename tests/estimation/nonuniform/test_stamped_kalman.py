@@ -12,6 +12,7 @@ from replication.errors import InvalidInputError
 from replication.estimation.nonuniform.stamped.kalman import NoisyPlant
 from replication.estimation.nonuniform.stamped.running import StampedKalman
 from replication.estimation.nonuniform.stamped.transition import Transition
+from tests.estimation.api.api_cases import stamped
 
 EXACT = 1e-9
 CART = NoisyPlant(
@@ -264,3 +265,29 @@ def test_the_prediction_at_the_newest_sample_is_the_estimate():
     np.testing.assert_allclose(observer.predict(0.3).P, observer.covariance, rtol=0, atol=EXACT)
     with pytest.raises(InvalidInputError, match="before the newest sample"):
         observer.predict(0.3 - 1e-6)
+
+
+def test_an_input_between_samples_moves_the_estimate_as_the_plant() -> None:
+    observer, other = stamped("filter"), stamped("filter")
+    for run in (observer, other):
+        run.step([1.0, 0.5], t=0.0, u=[2.0])
+    observer.step({}, t=0.1, u=[2.0])
+    assert np.allclose(observer.predict(0.3), other.predict(0.3), rtol=1e-12, atol=1e-12)
+    assert np.allclose(observer.step([0.0, 0.0], t=0.3), other.step([0.0, 0.0], t=0.3), rtol=1e-12, atol=1e-12)
+    observer.step({}, t=0.4, u=[0.0])
+    assert not np.allclose(observer.predict(0.5), other.predict(0.5), atol=1e-3)
+    assert (observer.outside, other.outside) == (0, 0)
+    for y, t, u in (({}, 0.45, None), ([0.0, 0.0], 0.35, None), ({}, 0.35, [1.0])):
+        with pytest.raises(InvalidInputError):
+            observer.step(y, t=t, u=u)
+
+
+def test_a_late_sample_is_gated_as_if_it_had_come_in_time() -> None:
+    samples = [([0.1, 0.0], 0.0), ([0.1, 9.0], 0.1), ([5.0, 0.1], 0.2), ([0.0, 0.1], 0.3)]
+    plant = stamped("kalman").plant
+    order, late = (StampedKalman(plant, horizon=1.0, gate=3.0) for _ in range(2))
+    for y, t in samples:
+        order.step(y, t=t)
+    for i in (0, 2, 3, 1):
+        late.step(samples[i][0], t=samples[i][1])
+    assert np.allclose(order.estimate, late.estimate, rtol=1e-12) and order.gated == late.gated > 0

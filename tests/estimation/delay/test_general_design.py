@@ -1,6 +1,6 @@
-"""Designs for general delay plants: levels against the exact ones, exact gains within them, refusals with a reason."""
+"""Designs for general delay plants: levels against exact ones, refusals; plants as lines, small program and page."""
 
-import json
+import copy
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -10,8 +10,10 @@ from unittest.mock import patch
 import numpy as np
 import pytest
 
-from benchmarks.delay_plants import EXAMPLES, late_sensor, random_plant
+from benchmarks.delay_plants import DEGREE as RECORDED
+from benchmarks.delay_plants import EXAMPLES, PAGE, late_sensor, measured, random_plant, recorded, tables
 from replication.errors import InfeasibleError, InvalidInputError, ReplicationError, SolverError
+from replication.estimation.conic.interior import Block, solve
 from replication.estimation.delay import (
     DelayPlant,
     DelayResult,
@@ -19,23 +21,29 @@ from replication.estimation.delay import (
     design,
     exact_gain,
     limit,
-    simulate,
 )
+from replication.estimation.delay.exact import response
+from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.response import right_roots
-from replication.estimation.delay.general.synthesis import _Program, degree_of, least_level, observer_at
-from replication.estimation.delay.units import converted
+from replication.estimation.delay.general import design as designs
+from replication.estimation.delay.general.cone import (
+    LineForm,
+    line_form,
+    rates,
+)
+from replication.estimation.delay.general.synthesis import _Program, back_in, degree_of, least_level, scaling_of
+from replication.estimation.delay.sos import legendre
+from replication.estimation.delay.units import Scaling, converted
 from replication.estimation.linear.norms import continuous_norm
-from replication.ownplant.methods import METHODS
 from replication.ownplant.reading import read_plant
 from tests.estimation.delay.plants import averaged, delayed_output, late, made_up, tanks, two_late
+from tests.tolerances import ROUNDING
 
-SAMPLE = (6, 9, 11, 12)
-"""Seeds of random plants with small storage; among them unstable ones and late outputs."""
 WITHIN = {"late": 1e-5, "echo": 1e-4}
 
 
 def of_file(name: str) -> DelayPlant:
-    path = Path(__file__).parents[4] / "docs" / "examples" / f"{name}.toml"
+    path = Path(__file__).parents[3] / "docs" / "examples" / f"{name}.toml"
     return DelayPlant(**{key.lower(): value for key, value in read_plant(path, "delay").values.items()})
 
 
@@ -69,17 +77,6 @@ def test_a_design_keeps_its_level(plant) -> None:  # type: ignore[no-untyped-def
     assert continuous_norm(*result.gains_of.error_model(40)).lower == pytest.approx(bracket.lower, rel=1e-5)
     wrong = replace(result.gains_of, l0=-10.0 * result.gains_of.l0)
     assert right_roots(wrong.error)[1] or exact_gain(wrong, 1e-3).lower > bracket.upper
-
-
-@pytest.mark.parametrize(
-    ("plant", "degree"), [*((random_plant(np.random.default_rng(seed)), 6) for seed in SAMPLE), (averaged(), 10)]
-)
-def test_the_least_level_is_near_that_of_any_observer(plant: DelayPlant, degree: int) -> None:
-    exact, least = limit(plant), least_level(plant, degree)
-    assert least.slack > 0.0
-    assert exact.level * (1 - 1e-5) <= least.level <= exact.level * 1.002
-    proof, observer = observer_at(plant, least.level * 1.05, degree, least.scaling)
-    assert exact.level * (1 - 1e-3) <= exact_gain(observer, 1e-3).lower <= proof.level
 
 
 QUANTITIES: dict[str, Any] = {
@@ -198,7 +195,9 @@ def test_what_is_refused_and_why(
 
 def test_what_is_next_to_it_is_not_refused() -> None:
     assert design(late_sensor(1.0), level=1.5).value == pytest.approx(1.5)
-    assert design(REVEALING, level=0.1).bracket.lower <= 0.1
+    # Its gain is but rounding, whose spectrum takes long to integrate.
+    with patch.object(response, "MOST", 2_000), patch.object(designs, "_mean", return_value=()):
+        assert design(REVEALING, level=0.1).bracket.lower <= 0.1
     assert design(DelayPlant(**DEPENDENT, d21=[[0, 0.1, 0], [0, 0, 0.1]])).value < 1.0  # type: ignore[arg-type]
 
 
@@ -229,26 +228,12 @@ def test_what_a_plant_with_noise_does_alone() -> None:
     assert {fact.what: fact.value for fact in analyse(late_sensor(0.5)).evidence}["unstable roots"] == "open"
 
 
-def test_a_result_is_shown_written_and_simulated() -> None:
-    result = design(delayed_output(), degree=3)
-    assert set(result.gains) == {"L0", "Lz", "L1", "E1"} == set(result.axes)
-    assert json.loads(result.to_json())["value"] == result.value
-    assert "static const double" in result.to_c_header("late")
-    (panel,) = result.panels()
-    assert panel.lines["gain"].max() <= result.value
-    times = np.arange(0.0, 20.0, 0.02)
-    w = np.sin(1.35 * times)[:, None] * np.array([1.0, 1.0])
-    assert 0.0 < simulate(result, times, w).ratio <= result.value
-    assert result.to_statespace().noutputs == 1
-
-
 def test_the_degree_follows_the_size() -> None:
     assert degree_of(late_sensor(0.5)) == 6
     rng = np.random.default_rng(0)
     n = 20
     plant = DelayPlant(-np.eye(n), (0.5,), np.eye(n, 2), np.eye(1, n), np.eye(1, n), a=(rng.normal(size=(n, n)),))
     assert degree_of(plant) == 1
-    assert "delay" in METHODS
 
 
 def test_a_proof_within_rounding_is_none() -> None:
@@ -287,10 +272,117 @@ def test_every_goal_says_what_its_gains_are_worth_over_the_ranges(goal: str) -> 
 
 
 @pytest.mark.parametrize("goal", GOALS)
-@pytest.mark.parametrize("unit", [1e-9, 1e-6, 1e6])
-def test_the_unit_of_the_disturbance_scales_the_level_and_nothing_else(goal: str, unit: float) -> None:
+def test_the_unit_of_the_disturbance_scales_the_level_and_nothing_else(goal: str) -> None:
     def level(unit: float) -> float:
         scaled = {**LATE, "b": [[unit, 0.0]], "d21": [[0.0, unit]]}
         return design(DelayPlant(a0=[[-1.0]], **scaled), goal=goal).value
 
-    assert level(unit) / unit == pytest.approx(level(1.0), rel=1e-6)
+    assert [level(unit) / unit for unit in (1e-9, 1e6)] == pytest.approx([level(1.0)] * 2, rel=1e-6)
+
+
+# The plant as lines, and its small program
+
+
+def values(form: LineForm, s: complex) -> np.ndarray:
+    """[x'; z; y] of (x, w) at s by the lines, moments by quadrature."""
+    total = form.now.astype(complex)
+    points, weights = legendre.gauss(60)
+    for line in form.lines:
+        total += line.end @ line.carry * np.exp(-s * line.delay)
+        basis = legendre.evaluate(max(len(line.moments), 1), points)
+        for c, effect in enumerate(line.moments):
+            total += effect @ line.carry * np.sum(weights * basis[:, c] * np.exp(s * line.delay * points))
+    return total
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_lines_carry_the_whole_plant(seed: int) -> None:
+    plant = random_plant(np.random.default_rng(seed))
+    form = line_form(plant)
+    s = 0.3 + 2.1j
+    expected = plant_terms(plant).terms.at(np.array([s]))[0]
+    assert values(form, s) == pytest.approx(expected, abs=ROUNDING * np.abs(expected).max())
+    assert all(np.linalg.matrix_rank(line.carry) == line.width > 0 for line in form.lines)
+
+
+def test_scaling_is_undone_exactly() -> None:
+    plant = averaged()
+    scaling = Scaling(np.array([4.0, 0.5]), np.array([8.0]), 2.0, 4.0)
+    there = line_form(scaling.plant(plant))
+    s = 0.3 + 2.1j
+    expected = plant_terms(plant).terms.at(np.array([s]))[0]
+    assert values(back_in(scaling, there), s) == pytest.approx(expected, abs=ROUNDING)
+    assert scaling_of(delayed_output()).gain == 1.0
+
+
+# The page on delays with noise: its tables are those of the record, and the record meets what is promised
+
+
+ROWS_OF = recorded()
+PROMISED = 1e-5
+"""How near the least level of a degree comes, relatively; the page counts levels that are farther off."""
+RANDOM = {name: row for name, row in ROWS_OF.items() if name.startswith("random")}
+
+
+def test_the_page_shows_the_record() -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    for place, table in tables(ROWS_OF).items():
+        assert f"<!-- {place}: begin -->\n\n{table}\n\n<!-- {place}: end -->" in text
+    changed = copy.deepcopy(ROWS_OF)
+    changed["late 1.0"]["least"] *= 1.01
+    assert tables(changed)["late"] not in text
+
+
+def test_what_was_measured_is_within_what_is_promised() -> None:
+    assert len(RANDOM) >= 100
+    for name, row in list(RANDOM.items())[::25]:
+        plant = random_plant(np.random.default_rng(int(name.split()[1])))
+        assert (plant.states, plant.delay_count, plant.measurements) == (row["n"], row["K"], row["q"])
+    done = [row for row in RANDOM.values() if "gain" in row]
+    assert len(RANDOM) - len(done) <= 0.03 * len(RANDOM)
+    excess = np.array([row["least"] / row["limit"] - 1.0 for row in done])
+    assert np.median(excess) < 1e-3
+    assert excess.min() > -PROMISED
+    assert all(row["gain"] <= row["proved"] for row in done)
+    assert {row["n"] for row in done} == {1, 2, 3, 4}
+    for name, _, degree in EXAMPLES:
+        assert ROWS_OF[f"example {name}"]["degree"] == degree
+    big = [row for name, row in ROWS_OF.items() if name in ("size (10, 2, 1)", "size (20, 1, 1)")]
+    assert [sum(row[key] for key in row if key.endswith("seconds")) < 20.0 for row in big] == [True, True]
+
+
+@pytest.mark.parametrize("seed", [6, 9, 11, 12])
+def test_a_measurement_comes_out_again(seed: int) -> None:
+    """Of plants with a small storage; among them unstable ones and late outputs."""
+    found, row = measured(random_plant(np.random.default_rng(seed)), RECORDED, 0.05), ROWS_OF[f"random {seed}"]
+    # Rounding, which differs between processors, ends the method: the levels are told to this, as the page does.
+    assert found["least"] == pytest.approx(row["least"], rel=PROMISED)
+    assert found["limit"] * (1 - PROMISED) <= found["least"] <= found["limit"] * 1.002
+    assert found["limit"] == pytest.approx(row["limit"], rel=1e-6)
+    assert found["limit"] * (1 - 1e-3) <= found["gain"] <= found["proved"]
+
+
+# The small program: its inequalities, its gains, its solver
+
+
+def test_measurements_without_noise_are_refused() -> None:
+    with pytest.raises(InvalidInputError, match=r"free of noise.*add noise to row 0 of d21"):
+        _ = rates(line_form(tanks()), 2).innovation
+    with pytest.raises(InvalidInputError, match="degree must be at least 2"):
+        rates(line_form(averaged()), 1)
+
+
+def test_the_solver_on_a_program_with_a_known_answer() -> None:
+    """Least t with [[t, w'], [w, W]] >= 0 and W <= diag: max over W of a linear cost has a closed form."""
+    a = np.array([[2.0, 0.3], [0.3, 1.0]])
+    eye = np.eye(2)
+    # t I - W >= 0, W - a >= 0: the least t is the largest eigenvalue of a.
+    upper = Block(np.zeros((2, 2)), eye[None], -eye / 2.0, eye)
+    lower = Block(-a, np.zeros((1, 2, 2)), eye / 2.0, eye)
+    point = solve((upper, lower), 2, np.array([-1.0]))
+    assert point.y[0] == pytest.approx(np.linalg.eigvalsh(a)[-1], abs=1e-7)
+    assert np.linalg.eigvalsh(upper.at(point.w, point.y))[0] > 0.0
+    # Besides t <= 1, which is below that eigenvalue: nothing is feasible.
+    cap = Block(np.ones((1, 1)), -np.ones((1, 1, 1)))
+    with pytest.raises(SolverError, match="found no point"):
+        solve((upper, lower, cap), 2, np.array([-1.0]))
