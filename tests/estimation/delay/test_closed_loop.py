@@ -33,7 +33,7 @@ NEAR = 1 + 1e-4
         pytest.param(three_delays(), NEAR, 2, TENSOR, (14, 20), marks=pytest.mark.slow),
         (two_delays(), 1.05, 3, BESSEL, (20, 24)),
         (three_delays(), 1.05, 3, BESSEL, (20, 24)),
-        *((random_system(seed), 1.1, 2, TENSOR, (32, 40)) for seed in range(5)),
+        *((random_system(seed), 1.1, 2, TENSOR, (32, 40)) for seed in range(10)),
         *((awkward(one_delay(), factor), 1.1, 2, BESSEL, (20, 24)) for factor in (1e-6, 1e6)),
     ],
 )
