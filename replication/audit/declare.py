@@ -92,7 +92,7 @@ class Part:
     """One part of a paper, as its scope calls it, with the claims declared on it and the figures that belong to it.
 
     A part without claims and figures says by `reason` why it is left out. also: claims of other parts on it.
-    reading, uses: those of its claims, unless one of them names others.
+    reading: that of its claims, unless one of them names another.
     """
 
     def __init__(
@@ -100,13 +100,12 @@ class Part:
         title: str,
         *,
         reading: str = "",
-        uses: str | Iterable[str] = (),
         figures: str | Iterable[str] = (),
         also: str | Iterable[str] = (),
         reason: str = "",
     ) -> None:
         self.title, self.reading, self.reason = title, reading, reason
-        self.uses, self.figures, self.also = _names(uses), _names(figures), _names(also)
+        self.figures, self.also = _names(figures), _names(also)
         self.claims: list[Claim] = []
         self.module: str = sys._getframe(1).f_globals.get("__name__", "")
         _made.add(self)
@@ -120,7 +119,6 @@ class Part:
         place: str = "",
         statement: str = "",
         pinned: Verdict | str = "",
-        uses: str | Iterable[str] = (),
         meant: str = "",
         reading: str = "",
         consequence: Consequence | str | None = None,
@@ -131,8 +129,8 @@ class Part:
 
         name: its id without the key of the paper. printed: the printed string; one of a data file brings its place.
         statement: in plain words, the docstring of the function unless given. pinned: the expected verdict, that of
-        agreement unless given. uses: experiments whose results the function receives. says: predicates, or terms of
-        which the claim says that they are as printed, or hold if nothing is. further: as of `Claim`.
+        agreement unless given. says: predicates, or terms of which the claim says that they are as printed, or hold if
+        nothing is. further: as of `Claim`.
         Raises AuditError if there is no place, no statement, no such verdict, or no such field.
         """
         for field in further:
@@ -160,7 +158,6 @@ class Part:
                     statement=sentence,
                     expected=Verdict(pin),
                     answer=answer,
-                    uses=_names(uses) or self.uses,
                     printed=str(printed),
                     meant=_plain(meant),
                     reading=reading or self.reading,

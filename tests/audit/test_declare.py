@@ -2,6 +2,7 @@
 
 import inspect
 from contextlib import nullcontext
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -56,8 +57,8 @@ def common(results: Results) -> tuple[CommonLevel, ...]:
 
 def sample() -> Paper:
     table, motor = Part("Table 1", reading="none", figures="levels", also="motor.speed"), Part("Sec. V", reading="none")
-    table.value("table1.n21", PRINTED, uses="motor", pinned="differs", erratum="slip")(answer)
-    motor.order("motor.speed", place="Sec. V", statement="It turns.", uses=("motor", "other"))(partial(level, "motor"))
+    table.value("table1.n21", PRINTED, pinned="differs", erratum="slip")(answer)
+    motor.order("motor.speed", place="Sec. V", statement="It turns.")(partial(level, "motor"))
     motor.cited("motor.seconds", "3", place="Sec. V", statement="It takes 3 s.", reason="of that computer")
     figure = Figure(
         name="levels", place="Fig. 1", title="L", caption="", published=True, uses=("motor",), data=drawn,
@@ -67,7 +68,7 @@ def sample() -> Paper:
         **ABOUT,
         parts=[table, motor, Part("Sec. VI", reason="a conclusion")],
         experiments=[experiment("motor", compute, base=PRINTED), experiment("other", compute, base=2)],
-        errata=[Erratum(id="slip", place="p", printed="a", meant="b", prove=proof, uses=("motor",))],
+        errata=[Erratum(id="slip", place="p", printed="a", meant="b", prove=proof)],
         figures=[figure],
         tables=[Table(place="Table 1", caption="", header=("printed", "ours"), rows=((PRINTED, "claim:table1.n21"),))],
         findings=lambda results: tuple(sorted(results)),
@@ -83,10 +84,9 @@ def test_names_are_in_full_outside() -> None:
     made = sample()
     validate_claims([made])
     assert [claim.id for claim in made.claims] == ["toy.table1.n21", "toy.motor.speed", "toy.motor.seconds"]
-    assert [claim.uses for claim in made.claims] == [("toy.motor",), ("toy.motor", "toy.other"), ()]
     assert [claim.erratum for claim in made.claims] == ["toy.slip", None, None]
     assert [entry.name for entry in made.experiments] == ["toy.motor", "toy.other"]
-    assert (made.errata[0].id, made.errata[0].uses) == ("toy.slip", ("toy.motor",))
+    assert made.errata[0].id == "toy.slip"
     assert (made.figures[0].name, made.figures[0].uses) == ("toy-levels", ("toy.motor",))
     assert made.tables[0].rows == (("1.14", "claim:toy.table1.n21"),)
     assert type(made.tables[0].rows[0][0]) is str
@@ -185,14 +185,13 @@ def test_a_claim_that_says_too_little_is_refused(told: dict[str, Any], function:
 
 @pytest.mark.parametrize("name", ["toy.level", "toy."])
 def test_a_name_with_the_key_in_front_is_refused(name: str) -> None:
-    claims, uses = Part("p"), Part("p")
+    claims = Part("p")
     claims.value(name, PRINTED)(answer)
-    uses.value("a.b", PRINTED, uses=name)(answer)
     for told in (
         {"parts": [claims]},
-        {"parts": [uses]},
         {"parts": [Part("p", also=name)]},
         {"experiments": [experiment(name, compute, base=1)]},
+        {"experiments": [replace(experiment("a", compute, base=1), needs=(name,))]},
         {"tables": [Table(place="p", caption="", header=(), rows=((f"claim:{name}",),))]},
     ):
         with pytest.raises(AuditError, match=r"begins with the key of its paper; leave 'toy\.' out"):

@@ -63,7 +63,7 @@ def test_each_entry_is_a_claim_of_the_part_that_its_place_begins_with(tmp_path: 
     assert [claim.id for claim in rates.claims] == ["rate.slow", "rate.fast"]
     slow = rates.claims[0]
     assert (slow.statement, slow.printed, slow.place) == ("The slow rate.", "0.25", "Sec. 1, the slow rate")
-    assert (slow.kind, slow.uses, slow.expected) == (Kind.VALUE, ("model", "closed"), Verdict.REPRODUCED)
+    assert (slow.kind, slow.expected) == (Kind.VALUE, Verdict.REPRODUCED)
     assert (slow.unit, slow.reading) == ("1/d", "none")
     evidence = slow.answer(RESULTS)
     assert evidence.value == 0.25 and "0.2501" in evidence.cross_check and evidence.method == "By the model."
@@ -197,7 +197,7 @@ def test_an_experiment_that_failed_is_told_as_that_and_counts_as_used(tmp_path: 
 
 
 def test_an_experiment_that_is_asked_for_by_a_wrong_name_is_told_with_those_there_are() -> None:
-    with pytest.raises(AuditError, match=r"experiment modle is not among those it says it uses; did you mean model\?"):
+    with pytest.raises(AuditError, match=r"there is no experiment modle; did you mean model\?"):
         Available({"model": 1.0}, {"closed": "failed"})["modle"]
 
 

@@ -143,7 +143,11 @@ BOTH = 'results["toy2020.wait-a"] and results["toy2020.wait-b"]'
     ("old", "new", "words"),
     [
         ('return Evidence(method="waiting"', 'raise KeyError("lost")\n    return Evidence(method="x"', "lost"),
-        ('results["toy2020.wait-a"]["waited"]', 'results["toy2020.square"]["waited"]', "says it uses"),
+        (
+            'results["toy2020.wait-a"]["waited"]',
+            'results["toy2020.wait-c"]["waited"]',
+            "there is no experiment toy2020.wait-c",
+        ),
         ('return Evidence(method="waiting"', f'return {BOTH} and 3\n    return Evidence(method="x"', "answered 3"),
     ],
 )

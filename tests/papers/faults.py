@@ -42,9 +42,20 @@ def times(factor: float) -> Callable[[Any], Any]:
     return lambda value: [factor * entry for entry in value] if isinstance(value, list) else factor * value
 
 
-def full(paper: Paper, results: Results) -> dict[str, Any]:
-    """The results by their full names."""
-    return {f"{paper.key}.{name}": value for name, value in results.items()}
+class Full(dict[str, Any]):
+    """Results by their full names; it holds those that were read."""
+
+    def __init__(self, key: str, results: Results) -> None:
+        super().__init__()
+        self._front, self._results = f"{key}.", results
+
+    def __missing__(self, name: str) -> Any:
+        self[name] = self._results[name.removeprefix(self._front)]
+        return self[name]
+
+
+def full(paper: Paper, results: Results) -> Full:
+    return Full(paper.key, results)
 
 
 def verdict(paper: Paper, claim: Claim, results: Results, proof: bool | None = None) -> Verdict:

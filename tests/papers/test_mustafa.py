@@ -167,7 +167,6 @@ RESULTS: dict[str, Callable[[], dict[str, Any]]] = {
 )
 def test_the_text_and_not_another_one_proves_an_erratum(name: str, entry: str, other: Any) -> None:
     results = RESULTS[name]()
-    assert set(ERRATA[name].uses) == set(results)
     assert ERRATA[name].prove(results).holds
     with patch.dict(DATA, {entry: other}):
         assert not ERRATA[name].prove(results).holds

@@ -196,11 +196,11 @@ def test_each_correction_that_a_claim_rests_on_is_named(results: Results) -> Non
     """In its erratum or, beside that, in its note: one rule for all claims. An inference stands in the erratum."""
     for name, claim in CLAIMS.items():
         wanted = {erratum for erratum, readings in CORRECTED.items() if claim.reading in readings}
-        short = [use.removeprefix(f"{KEY}.") for use in claim.uses]
+        note = claim.answer(read := full(PAPER, results)).note
+        short = [use.removeprefix(f"{KEY}.") for use in read]
         if any(use.endswith(".2") or use.startswith(OF_SECOND) for use in short):
             wanted.add("motor-constant")
         field = (claim.erratum or "").removeprefix(f"{KEY}.")
-        note = claim.answer(full(PAPER, results)).note
         noted = re.findall(r"[\w-]+", " ".join(re.findall(r"\(errat(?:um|a) ([^)]*)\)", note)))
         assert wanted <= {field, *noted}, name
         assert "algorithm" not in wanted or field == "algorithm", name

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from computed import result
+from computed import Computed
 from faults import Fault, Results, all_of, full, put, times, verdict
 
 from papers.okajima2023 import PAPER, errata
@@ -236,10 +236,6 @@ IN_PRINT = {"gains.unmeasured": (levels, "GAINS"), "noise-index": (errata, "PLAN
 """What a claim or erratum reads from the printed data alone."""
 
 
-def results_of(uses: tuple[str, ...]) -> Results:
-    return {name.removeprefix(f"{KEY}."): result(name) for name in uses}
-
-
 def verdict_on(claim: Claim, results: Results) -> Verdict:
     return verdict(PAPER, claim, results, proof=True)
 
@@ -260,9 +256,9 @@ def test_every_claim_and_erratum_has_a_fault() -> None:
 @pytest.mark.parametrize("name", named(FAULTS))
 def test_a_fault_changes_the_verdict(name: str) -> None:
     (claim,) = (claim for claim in PAPER.claims if claim.id == f"{KEY}.{name}")
-    before = verdict_on(claim, results_of(claim.uses))
+    before = verdict_on(claim, Computed(KEY))
     assert before is claim.expected
-    faulty = results_of(claim.uses)
+    faulty = Computed(KEY)
     FAULTS[name](faulty)
     assert verdict_on(claim, faulty) not in (before, Verdict.ERROR)
 
@@ -271,7 +267,7 @@ def test_a_fault_changes_the_verdict(name: str) -> None:
 @pytest.mark.parametrize("name", LACKING)
 def test_a_matrix_with_the_stated_poles_would_not_be_lacking(name: str) -> None:
     (claim,) = (claim for claim in PAPER.claims if claim.id == f"{KEY}.unstable.{name}")
-    results = results_of(claim.uses)
+    results = Computed(KEY)
     assert verdict_on(claim, results) is claim.expected is Verdict.UNDETERMINED
     put("unstable.as-printed/poles", poles(DATA["poles"]))(results)
     with pytest.raises(AuditError, match="judge the claims on it by that matrix"):
@@ -281,7 +277,7 @@ def test_a_matrix_with_the_stated_poles_would_not_be_lacking(name: str) -> None:
 @pytest.mark.parametrize("name", named(ERRATA))
 def test_a_fault_refutes_the_proof_of_an_erratum(name: str) -> None:
     (erratum,) = (erratum for erratum in PAPER.errata if erratum.id == f"{KEY}.{name}")
-    results = results_of(erratum.uses)
+    results = Computed(KEY)
     assert erratum.prove(full(PAPER, results)).holds
     ERRATA[name](results)
     assert not erratum.prove(full(PAPER, results)).holds
@@ -306,5 +302,5 @@ def test_repeats_print_the_number_of_another_claim_again() -> None:
     assert len(repeats) == 11
     for claim in repeats:
         original = claims[claim.repeats]
-        assert (claim.printed, claim.uses, claim.reading) == (original.printed, original.uses, original.reading)
+        assert (claim.printed, claim.reading) == (original.printed, original.reading)
         assert not original.repeats and original.id != claim.id

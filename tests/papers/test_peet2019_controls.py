@@ -343,13 +343,15 @@ REFUTING: dict[str, Fault] = {
 
 
 def test_every_erratum_can_be_refuted() -> None:
+    by_the_print = set()
     for erratum in PAPER.errata:
-        assert erratum.prove(full(PAPER, agreeing())).holds, erratum.id
-        for name in erratum.uses:
+        read = full(PAPER, agreeing())
+        assert erratum.prove(read).holds, erratum.id
+        by_the_print |= set() if read else {erratum.id}
+        for name in read:
             results = agreeing()
             REFUTING[name.removeprefix("peet2019.")](results)
             assert not erratum.prove(full(PAPER, results)).holds, (erratum.id, name)
-    by_the_print = {erratum.id for erratum in PAPER.errata if not erratum.uses}
     assert by_the_print == {"peet2019.eq-2-dimensions", "peet2019.eq-2-limits"}
 
 

@@ -31,7 +31,6 @@ PAPER = Paper(
             statement="Half of three.",
             expected=Verdict.REPRODUCED,
             answer=answer,
-            uses=("other2021.half",),
             printed="1.5",
         ),
     ),

@@ -39,7 +39,6 @@ CLAIMS = (
         statement="Two squared.",
         expected=Verdict.REPRODUCED,
         answer=two_squared,
-        uses=("toy2020.square",),
         printed="4.0",
     ),
     Claim(
@@ -50,7 +49,6 @@ CLAIMS = (
         statement="Two squared, misprinted.",
         expected=Verdict.DIFFERS,
         answer=two_squared,
-        uses=("toy2020.square",),
         printed="4.1",
     ),
     Claim(
@@ -61,7 +59,6 @@ CLAIMS = (
         statement="Waiting ends.",
         expected=Verdict.CONSISTENT,
         answer=patient,
-        uses=("toy2020.wait-a", "toy2020.wait-b"),
     ),
 )
 ERRATA = (
@@ -71,7 +68,6 @@ ERRATA = (
         printed="x",
         meant="x²",
         prove=misprint,
-        uses=("toy2020.square",),
     ),
 )
 FIGURES = (
