@@ -230,7 +230,7 @@ def test_a_paper_of_tables_alone(tmp_path: Path) -> None:
         "roe.time": "undetermined",
     }
     assert told["roe.raw"]["evidence"]["method"].endswith("Nothing here makes data/d.csv.")
-    assert told["roe.slope.treated"]["claim"]["uses"] == ["roe.out-fit.csv", "roe.fit"]
+    assert told["roe.slope.treated"]["claim"]["uses"] == ["roe.fit", "roe.out-fit.csv"]
     assert "0 problems in 4 claims" in lab.cli("check").stdout
     (lab.root / "fit.sh").write_text(texts["fit.sh"].replace("cp", "sed s/0.75/0.85/").replace("out/", "> out/"))
     again = lab.cli("run")
