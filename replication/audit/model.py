@@ -18,7 +18,7 @@ from replication.verify.predicate import NO_READING as NO_READING
 from replication.verify.predicate import Predicate
 
 Results = Mapping[str, Any]
-"""Results of the experiments of a paper, by experiment name; plain JSON values."""
+"""Results of the experiments of a paper, by their names without its key; plain JSON values."""
 
 Numbers = float | tuple[float | tuple[float, ...], ...]
 """A computed quantity in the layout of its print: scalar, list or matrix; a complex entry is (real, imaginary)."""

@@ -108,32 +108,6 @@ def test_a_section_that_two_parts_declare_is_one_item_of_the_scope() -> None:
     assert (item.part, item.claims, item.figures) == ("Sec. 1", ("toy.a", "toy.b"), ("toy-levels",))
 
 
-def test_functions_see_the_results_of_their_paper_under_short_names() -> None:
-    made = sample()
-    assert [claim.answer(RESULTS).value for claim in made.claims] == [2.0, 2.0, None]
-    assert made.claims[2].answer({}).not_checkable == "of that computer"
-    assert made.errata[0].prove(RESULTS).text == "motor, other"
-    assert made.figures[0].data(RESULTS).columns == {"x": (2.0,)}
-    assert made.findings(RESULTS) == ("motor", "other")
-    assert [(row.claim, row.base) for row in made.sensitivity(RESULTS)] == [("toy.table1.n21", 2.0)]
-    assert made.common(RESULTS)[0].upper == 2.0
-    bare = paper(**ABOUT, parts=(), experiments=())
-    assert (bare.findings({}), bare.sensitivity({}), bare.common({})) == ((), (), ())
-
-
-def test_results_under_short_names_are_a_mapping() -> None:
-    seen: list[Results] = []
-
-    def look(results: Results) -> tuple[str, ...]:
-        seen.append(results)
-        return ()
-
-    paper(**ABOUT, parts=(), experiments=(), findings=look).findings(RESULTS)
-    assert dict(seen[0]) == {"motor": 2.0, "other": 3.0} and len(seen[0]) == 2 and "another.motor" not in seen[0]
-    with pytest.raises(KeyError, match=r"toy\.speed"):
-        seen[0]["speed"]
-
-
 def test_each_kind_is_a_method_and_pins_agreement() -> None:
     pinned = dict.fromkeys((Kind.VALUE, Kind.MATRIX, Kind.BOUND), Verdict.REPRODUCED)
     pinned |= dict.fromkeys((Kind.ORDER, Kind.FEASIBLE), Verdict.CONSISTENT) | {Kind.STATISTICAL: Verdict.COMPATIBLE}

@@ -186,9 +186,7 @@ def test_what_is_left_behind_again_is_told_again(monkeypatch: pytest.MonkeyPatch
 
 
 def test_what_a_claim_does_to_a_result_reaches_no_other(lab: Lab) -> None:
-    lab.edit(
-        CLAIMS, 'value=results["toy2020.square"]["squares"][1]', 'value=results["toy2020.square"]["squares"].pop(1)'
-    )
+    lab.edit(CLAIMS, 'value=results["square"]["squares"][1]', 'value=results["square"]["squares"].pop(1)')
     assert lab.cli("run").returncode == 0
 
 

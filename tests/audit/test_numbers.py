@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -194,6 +195,15 @@ def test_an_experiment_that_failed_is_told_as_that_and_counts_as_used(tmp_path: 
     with pytest.raises(AuditError, match=r"^experiment model failed: ValueError$"):
         stated(tmp_path, CLAIM).parts[0].claims[0].answer(results)
     assert results.read == {"model"}
+
+
+@pytest.mark.parametrize("ask", [lambda r: r["a"], lambda r: r.get("a"), lambda r: dict(r)["a"]])
+def test_a_result_that_is_read_in_any_way_counts_and_is_a_copy(ask: Callable[[Available], Any]) -> None:
+    held = {"a": [1.0]}
+    results = Available(held, {})
+    assert len(results) == 1 and "a" in results and results.read == set()
+    ask(results).append(2.0)
+    assert (held["a"], results["a"], results.read) == ([1.0], [1.0, 2.0], {"a"})
 
 
 def test_an_experiment_that_is_asked_for_by_a_wrong_name_is_told_with_those_there_are() -> None:

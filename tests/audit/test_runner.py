@@ -65,7 +65,7 @@ def test_number_of_jobs_does_not_change_a_byte(apart: Lab) -> None:
 
 
 def test_records_say_what_ran_and_what_solved(lab: Lab) -> None:
-    lab.edit("toy2020/claims.py", '["waited"] == "a"', '["waited"] == "a" and "waited" in results["toy2020.wait-b"]')
+    lab.edit("toy2020/claims.py", '["waited"] == "a"', '["waited"] == "a" and "waited" in results["wait-b"]')
     answer = lab.audit()
     (square,) = (record for record in answer["file"]["experiments"] if record["name"] == "toy2020.square")
     assert square["function"] == "papers.toy2020.squares:square"
@@ -138,7 +138,7 @@ def test_what_ends_its_process_is_an_error_of_its_experiment_alone(apart: Lab, j
     assert done(answer, "computed") == {"toy2020.wait-a", "toy2020.wait-b"}
 
 
-BOTH = 'results["toy2020.wait-a"] and results["toy2020.wait-b"]'
+BOTH = 'results["wait-a"] and results["wait-b"]'
 
 
 @pytest.mark.parametrize(
@@ -146,9 +146,9 @@ BOTH = 'results["toy2020.wait-a"] and results["toy2020.wait-b"]'
     [
         ('return Evidence(method="waiting"', 'raise KeyError("lost")\n    return Evidence(method="x"', "lost"),
         (
-            'results["toy2020.wait-a"]["waited"]',
-            'results["toy2020.wait-c"]["waited"]',
-            "there is no experiment toy2020.wait-c",
+            'results["wait-a"]["waited"]',
+            'results["wait-c"]["waited"]',
+            "there is no experiment wait-c",
         ),
         ('return Evidence(method="waiting"', f'return {BOTH} and 3\n    return Evidence(method="x"', "answered 3"),
     ],

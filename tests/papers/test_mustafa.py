@@ -145,8 +145,8 @@ LMI, CONSTANTS, PRINTED = DATA["lmi"], DATA["constants"], DATA["filter"]
 RESULTS: dict[str, Callable[[], dict[str, Any]]] = {
     "unit-of-J": dict,
     "step": dict,
-    "motor-constant": lambda: {f"{KEY}.nominal.2": nominal(**example(2))},
-    "row": lambda: {f"{KEY}.identities": identities(2, 1)},
+    "motor-constant": lambda: {"nominal.2": nominal(**example(2))},
+    "row": lambda: {"identities": identities(2, 1)},
 }
 """What the proof of an erratum reads beside the text."""
 

@@ -5,7 +5,7 @@ import re
 
 import pytest
 from computed import result
-from faults import Fault, Results, all_of, full, put, verdict
+from faults import Fault, Read, Results, all_of, put, verdict
 
 from papers.mustafa import PAPER
 from papers.mustafa.claims.algorithm import BOUND_9, CORRECTED_GRID
@@ -83,7 +83,7 @@ def verdict_on(name: str, results: Results) -> Verdict:
 
 def test_every_check_has_its_perturbed_input(results: Results) -> None:
     """None is left out but what cannot be checked from the text."""
-    checked = {name for name, claim in CLAIMS.items() if not claim.answer(full(PAPER, results)).not_checkable}
+    checked = {name for name, claim in CLAIMS.items() if not claim.answer(results).not_checkable}
     assert {
         *BROKEN,
         *BY_PRINT,
@@ -166,7 +166,7 @@ def test_an_altered_result_brings_this_verdict(name: str, expected: Verdict, alt
 
 @pytest.mark.parametrize("name", ["recovery", "congruence", "theorem-3.level", "grid-size.example-1", "valid-own.2"])
 def test_the_text_as_printed_alone_gives_none_of_these(name: str, results: Results) -> None:
-    printed = CLAIMS[name].answer(full(PAPER, results)).as_printed
+    printed = CLAIMS[name].answer(results).as_printed
     assert printed is not None
     assert printed.holds is not True
     assert printed.value is None
@@ -196,9 +196,8 @@ def test_each_correction_that_a_claim_rests_on_is_named(results: Results) -> Non
     """In its erratum or, beside that, in its note: one rule for all claims. An inference stands in the erratum."""
     for name, claim in CLAIMS.items():
         wanted = {erratum for erratum, readings in CORRECTED.items() if claim.reading in readings}
-        note = claim.answer(read := full(PAPER, results)).note
-        short = [use.removeprefix(f"{KEY}.") for use in read]
-        if any(use.endswith(".2") or use.startswith(OF_SECOND) for use in short):
+        note = claim.answer(read := Read(results)).note
+        if any(use.endswith(".2") or use.startswith(OF_SECOND) for use in read):
             wanted.add("motor-constant")
         field = (claim.erratum or "").removeprefix(f"{KEY}.")
         noted = re.findall(r"[\w-]+", " ".join(re.findall(r"\(errat(?:um|a) ([^)]*)\)", note)))

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from computed import Computed
-from faults import Fault, Results, all_of, full, put, times, verdict
+from faults import Fault, Results, all_of, put, times, verdict
 
 from papers.okajima2023 import PAPER, errata
 from papers.okajima2023.claims import levels
@@ -271,16 +271,16 @@ def test_a_matrix_with_the_stated_poles_would_not_be_lacking(name: str) -> None:
     assert verdict_on(claim, results) is claim.expected is Verdict.UNDETERMINED
     put("unstable.as-printed/poles", poles(DATA["poles"]))(results)
     with pytest.raises(AuditError, match="judge the claims on it by that matrix"):
-        claim.answer(full(PAPER, results))
+        claim.answer(results)
 
 
 @pytest.mark.parametrize("name", named(ERRATA))
 def test_a_fault_refutes_the_proof_of_an_erratum(name: str) -> None:
     (erratum,) = (erratum for erratum in PAPER.errata if erratum.id == f"{KEY}.{name}")
     results = Computed(KEY)
-    assert erratum.prove(full(PAPER, results)).holds
+    assert erratum.prove(results).holds
     ERRATA[name](results)
-    assert not erratum.prove(full(PAPER, results)).holds
+    assert not erratum.prove(results).holds
 
 
 def test_a_fault_in_print_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -41,23 +41,29 @@ from replication.errors import AuditError, meant
 T = TypeVar("T")
 
 
-class Available(dict[str, Any]):
+class Available(Mapping[str, Any]):
     """Results by experiment name, a copy of each; one that is missing says why. read: the names asked for."""
 
-    def __init__(self, results: Mapping[str, Any], missing: Mapping[str, str]) -> None:
-        super().__init__(results)
-        self._missing = missing
-        self.read: set[str] = set()
+    def __init__(self, held: Mapping[str, Any], missing: Mapping[str, str]) -> None:
+        self.held, self._missing, self.read = dict(held), missing, set[str]()
 
     def __getitem__(self, name: str) -> Any:
-        if name in self and name not in self.read:
-            self[name] = copied(super().__getitem__(name))
+        again = name in self.read
         self.read.add(name)
-        return super().__getitem__(name)
+        if name not in self.held:
+            message = f"there is no experiment {name}; {meant(name, [*self, *self._missing])}"
+            raise AuditError(self._missing.get(name, message))
+        self.held[name] = self.held[name] if again else copied(self.held[name])
+        return self.held[name]
 
-    def __missing__(self, name: str) -> Any:
-        message = f"there is no experiment {name}; {meant(name, [*self, *self._missing])}"
-        raise AuditError(self._missing.get(name, message))
+    def __contains__(self, name: object) -> bool:
+        return name in self.held
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.held)
+
+    def __len__(self) -> int:
+        return len(self.held)
 
 
 @dataclass(frozen=True)
@@ -69,10 +75,10 @@ class _Run:
     read: set[str]
 
     def results(self, paper: Paper) -> Available:
-        chosen = {experiment.name: self.computed[experiment.name] for experiment in paper.experiments}
+        chosen = [(paper.short(one.name), self.computed[one.name]) for one in paper.experiments]
         return Available(
-            {name: step.entry.result for name, step in chosen.items() if step.entry is not None},
-            {name: f"experiment {name} failed: {step.error}" for name, step in chosen.items() if step.entry is None},
+            {name: step.entry.result for name, step in chosen if step.entry is not None},
+            {name: f"experiment {step.name} failed: {step.error}" for name, step in chosen if step.entry is None},
         )
 
     def attempt(
@@ -84,8 +90,9 @@ class _Run:
             value = function(results)
         except Exception as failure:  # noqa: BLE001 - a paper's function may fail in any way; the rest stands
             error = describe(failure, self.sources, place) + _of_results(failure, results)
-        self.read.update(results.read)
-        return value, error, [experiment for experiment in paper.experiments if experiment.name in results.read]
+        used = [experiment for experiment in paper.experiments if paper.short(experiment.name) in results.read]
+        self.read.update(experiment.name for experiment in used)
+        return value, error, used
 
 
 def _of_results(failure: Exception, results: Available) -> str:
@@ -251,7 +258,7 @@ def _paper(state: _Run, paper: Paper) -> tuple[PaperRecord, dict[str, str]]:
     levels, unshared, _ = state.attempt(paper, paper.common)
     record = PaperRecord(
         findings=findings if findings is not None else (f"The findings could not be computed: {error}",),
-        sensitivity=moves or (),
+        sensitivity=tuple(msgspec.structs.replace(row, claim=f"{paper.key}.{row.claim}") for row in moves or ()),
         common=levels or (),
         **shared(PaperRecord, paper),
     )
@@ -274,5 +281,5 @@ def _sentences(paper: Paper, results: Available) -> tuple[str, ...]:
         raise AuditError(f"findings must be a tuple of sentences, got {findings!r}")
     stated = [text for claim in paper.claims for text in (claim.printed, claim.meant, claim.statement, claim.place)]
     stated += [text for erratum in paper.errata for text in (erratum.printed, erratum.meant)]
-    require_found("finding", paper.findings, dict(results), [*stated, *map(repr, paper.experiments), paper.title])
+    require_found("finding", paper.findings, results.held, [*stated, *map(repr, paper.experiments), paper.title])
     return tuple(map(require_short, findings))

@@ -12,7 +12,7 @@ import msgspec
 import numpy as np
 import pytest
 from computed import Computed, result
-from faults import Fault, Results, all_of, full, put, verdict
+from faults import Fault, Results, all_of, put, verdict
 from scipy.integrate import simpson
 from scipy.signal import cont2discrete
 
@@ -138,7 +138,7 @@ def test_a_perturbed_result_turns_the_verdict(name: str) -> None:
 
 def test_table_one_is_reproduced_if_the_nearest_reading_is_printed() -> None:
     claim = CLAIMS["table.any-reading"]
-    rows = claim.answer(full(PAPER, Small(PAPER.key))).value
+    rows = claim.answer(Small(PAPER.key)).value
     nearest = "[{}]".format("; ".join(" ".join(f"{value:.2f}" for value in row) for row in rows))
     assert verdict_on("table.any-reading") is Verdict.DIFFERS
     assert verdict_on("table.any-reading", text=nearest) is not Verdict.DIFFERS
@@ -178,7 +178,7 @@ def test_other_gains_and_periods_turn_the_motor_claims(monkeypatch: pytest.Monke
 
 def test_the_reading_of_a_claim_is_that_of_its_first_outcome() -> None:
     for claim in PAPER.claims:
-        outcomes = claim.answer(full(PAPER, Small(PAPER.key))).outcomes
+        outcomes = claim.answer(Small(PAPER.key)).outcomes
         assert not outcomes or claim.reading in (outcomes[0].reading, NO_READING), claim.id
 
 
@@ -186,7 +186,7 @@ def test_outcomes_that_hang_on_a_reading_are_listed_under_each() -> None:
     """Which observer, and from which start: the answer is not the same under all."""
 
     def outcomes(name: str) -> dict[str, bool | None]:
-        evidence = CLAIMS[name].answer(full(PAPER, Small(PAPER.key)))
+        evidence = CLAIMS[name].answer(Small(PAPER.key))
         return {outcome.reading: outcome.holds for outcome in evidence.outcomes}
 
     assert outcomes("order.transient") == {

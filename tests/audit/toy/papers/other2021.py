@@ -9,7 +9,7 @@ def half(value: float) -> float:
 
 
 def answer(results: Results) -> Evidence:
-    return Evidence(method="division", value=results["other2021.half"])
+    return Evidence(method="division", value=results["half"])
 
 
 PAPER = Paper(
