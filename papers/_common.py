@@ -160,9 +160,9 @@ class Told:
         _require_same("errata", self.said["errata"], proofs)
         errata = []
         for name, entry in self.said["errata"].items():
-            fields = {"uses": (), **entry}
+            fields = dict(entry)
             prove = partial(proofs[name], fields.pop("proof"))
-            errata.append(Erratum(id=name, prove=prove, **{**self._filled(fields), "uses": tuple(fields["uses"])}))
+            errata.append(Erratum(id=name, prove=prove, **self._filled(fields)))
         return tuple(errata)
 
     def figures(self, drawn: Drawn) -> tuple[Figure, ...]:

@@ -151,7 +151,7 @@ def test_the_audit_with_a_script_in_r_comes_out_as_its_page_says(tmp_path: Path)
 CLAIMS = (ROOT / "docs" / "claims.md").read_text(encoding="utf-8")
 
 
-FOUND = {"self", "kind", "further", "id", "expected", "answer", "repeats", "unit", "remark"}
+FOUND = {"self", "kind", "further", "id", "expected", "answer", "repeats", "unit", "remark", "uses"}
 """What a claim has without being given it by these names."""
 
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 import inspect
 import sys
 import weakref
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import replace
 from decimal import Decimal
-from functools import partial, partialmethod, wraps
+from functools import partial, partialmethod
 from pathlib import Path, PurePosixPath
 from typing import Any, TypedDict, TypeVar, Unpack
 
@@ -30,7 +30,7 @@ from replication.audit.model import Evidence as Evidence
 from replication.audit.model import Proof as Proof
 from replication.audit.model import Reading as Reading
 from replication.audit.model import Results as Results
-from replication.audit.parts import CELL, CommonLevel, Paper, ScopeItem, Sensitivity
+from replication.audit.parts import CELL, Paper, ScopeItem
 from replication.audit.parts import Figure as Figure
 from replication.audit.parts import FigureData as FigureData
 from replication.audit.parts import Formula as Formula
@@ -70,8 +70,7 @@ def unlisted(paper: Paper, folder: Path) -> list[str]:
     lost = [(part, [claim.id for claim in part.claims if f"{paper.key}.{claim.id}" not in known]) for part in parts]
     entries = [f"{', '.join(names[:4])} of Part({part.title!r}) in {part.module}" for part, names in lost if names]
     stated = folder / paper.key / STATED
-    answers = [getattr(claim.answer, "__wrapped__", claim.answer) for claim in paper.claims]
-    places = [getattr(answer, "declared", ("",))[0] for answer in answers]
+    places = [getattr(claim.answer, "declared", ("",))[0] for claim in paper.claims]
     if stated.is_file() and str(stated) not in places:
         entries.append(f"those of {stated}, which `numbers(__file__)` reads")
     return sorted(entries)
@@ -92,7 +91,7 @@ class Part:
     """One part of a paper, as its scope calls it, with the claims declared on it and the figures that belong to it.
 
     A part without claims and figures says by `reason` why it is left out. also: claims of other parts on it.
-    reading, uses: those of its claims, unless one of them names others.
+    reading: that of its claims, unless one of them names another.
     """
 
     def __init__(
@@ -100,13 +99,12 @@ class Part:
         title: str,
         *,
         reading: str = "",
-        uses: str | Iterable[str] = (),
         figures: str | Iterable[str] = (),
         also: str | Iterable[str] = (),
         reason: str = "",
     ) -> None:
         self.title, self.reading, self.reason = title, reading, reason
-        self.uses, self.figures, self.also = _names(uses), _names(figures), _names(also)
+        self.figures, self.also = _names(figures), _names(also)
         self.claims: list[Claim] = []
         self.module: str = sys._getframe(1).f_globals.get("__name__", "")
         _made.add(self)
@@ -120,7 +118,6 @@ class Part:
         place: str = "",
         statement: str = "",
         pinned: Verdict | str = "",
-        uses: str | Iterable[str] = (),
         meant: str = "",
         reading: str = "",
         consequence: Consequence | str | None = None,
@@ -131,8 +128,8 @@ class Part:
 
         name: its id without the key of the paper. printed: the printed string; one of a data file brings its place.
         statement: in plain words, the docstring of the function unless given. pinned: the expected verdict, that of
-        agreement unless given. uses: experiments whose results the function receives. says: predicates, or terms of
-        which the claim says that they are as printed, or hold if nothing is. further: as of `Claim`.
+        agreement unless given. says: predicates, or terms of which the claim says that they are as printed, or hold if
+        nothing is. further: as of `Claim`.
         Raises AuditError if there is no place, no statement, no such verdict, or no such field.
         """
         for field in further:
@@ -160,7 +157,6 @@ class Part:
                     statement=sentence,
                     expected=Verdict(pin),
                     answer=answer,
-                    uses=_names(uses) or self.uses,
                     printed=str(printed),
                     meant=_plain(meant),
                     reading=reading or self.reading,
@@ -338,12 +334,9 @@ def paper(
     errata: Iterable[Erratum] = (),
     figures: Iterable[Figure] = (),
     tables: Iterable[Table] = (),
-    findings: Callable[[Results], tuple[str, ...]] = lambda results: (),
-    sensitivity: Callable[[Results], tuple[Sensitivity, ...]] = lambda results: (),
-    common: Callable[[Results], tuple[CommonLevel, ...]] = lambda results: (),
     **about: Any,
 ) -> Paper:
-    """The paper, names in full. about: title, authors, year, venue, doi, summary, bibtex, formulas, and the like.
+    """The paper, names in full. about: the other fields of `Paper`: title, authors, readings, findings and the like.
 
     Raises AuditError for a name that has the key in front already, and for an erratum of a number that nothing prints.
     """
@@ -354,28 +347,18 @@ def paper(
         return f"{key}{link}{name}"
 
     def fully(entry: T, link: str = ".", **changes: Any) -> T:
-        """The same with its name and those of what it uses in full, and functions that get results by short names."""
-        for field in ("id", "name", "uses", "needs", "answer", "prove", "data"):
+        """The same with its name and those of what it uses in full."""
+        for field in ("id", "name", "uses", "needs"):
             value: Any = getattr(entry, field, None)
             if field in ("id", "name") and value is not None:
                 changes[field] = one(value, link)
             elif value is not None:
-                changes[field] = own(value) if callable(value) else tuple(map(one, _names(value)))
+                changes[field] = tuple(map(one, _names(value)))
         change: Any = msgspec.structs.replace if isinstance(entry, msgspec.Struct) else replace
         return change(entry, **changes)  # type: ignore[no-any-return]
 
     def cell(text: str) -> str:
         return CELL + one(text.removeprefix(CELL)) if text.startswith(CELL) else str(text)
-
-    def own(function: Callable[[Results], Any]) -> Any:
-        @wraps(function)
-        def short(results: Results) -> Any:
-            return function(_Short(key, results))
-
-        return short
-
-    def moved(results: Results) -> tuple[Sensitivity, ...]:
-        return tuple(msgspec.structs.replace(row, claim=one(row.claim)) for row in sensitivity(results))
 
     parts, errata = tuple(parts), tuple(errata)
     _require_printed(errata, {claim.printed for part in parts for claim in part.claims})
@@ -400,9 +383,6 @@ def paper(
         tables=tuple(
             msgspec.structs.replace(table, rows=tuple(tuple(map(cell, row)) for row in table.rows)) for table in tables
         ),
-        findings=own(findings),
-        sensitivity=own(moved),
-        common=own(common),
         **about,
     )
 
@@ -424,25 +404,6 @@ def _require_printed(errata: Iterable[Erratum], prints: Container[str]) -> None:
                 f"erratum {erratum.id!r} ({erratum.place}) has {erratum.printed!r} as printed, which no claim prints; "
                 "look into the text, and take the number from DATA, the entries of printed.toml"
             )
-
-
-class _Short(Mapping[str, Any]):
-    """Results without the key of the paper in their names."""
-
-    def __init__(self, key: str, results: Results) -> None:
-        self._front, self._results = f"{key}.", results
-
-    def __getitem__(self, name: str) -> Any:
-        return self._results[self._front + name]
-
-    def __contains__(self, name: object) -> bool:
-        return f"{self._front}{name}" in self._results
-
-    def __iter__(self) -> Iterator[str]:
-        return (name.removeprefix(self._front) for name in self._results if name.startswith(self._front))
-
-    def __len__(self) -> int:
-        return sum(1 for _ in self)
 
 
 def _said(kind: Kind, printed: str, reading: str, says: Said | Iterable[Said]) -> tuple[Predicate, ...]:

@@ -18,7 +18,7 @@ from replication.verify.predicate import NO_READING as NO_READING
 from replication.verify.predicate import Predicate
 
 Results = Mapping[str, Any]
-"""Results of the experiments that a claim, erratum or figure uses, by experiment name; plain JSON values."""
+"""Results of the experiments of a paper, by their names without its key; plain JSON values."""
 
 Numbers = float | tuple[float | tuple[float, ...], ...]
 """A computed quantity in the layout of its print: scalar, list or matrix; a complex entry is (real, imaginary)."""
@@ -231,7 +231,7 @@ class Experiment:
     needs: tuple[str, ...] = ()
     given: frozenset[tuple[str, str]] = field(default=frozenset(), repr=False)
 
-    def is_given(self, claim: Claim) -> bool:
+    def is_given(self, claim: StatedClaim) -> bool:
         """Whether it is given the print of this claim, which it may then only hand back."""
         return bool(claim.printed) and (claim.printed, claim.place) in self.given
 
@@ -241,7 +241,7 @@ class StatedClaim(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
     id: `paper.topic.detail`, lower case. place: where it stands, for example `Table 1, column (2,3)`.
     statement: in plain words of ours. printed: the printed string, empty if the claim prints no number.
-    uses: names of the experiments whose results `answer` receives. expected: the pinned verdict.
+    expected: the pinned verdict. uses: names of the experiments whose results `answer` read, filled in by the run.
     tolerance: half-width other than half a unit in the last printed place; needs `tolerance_reason`.
     uncertainty: what the uncertainty that is printed with the number is, one of `judge.uncertainty.KINDS`.
     erratum: id of the erratum under which the claim is reproduced, if it is one of those.
@@ -303,6 +303,5 @@ class Erratum:
     printed: str
     meant: str
     prove: Callable[[Results], Proof]
-    uses: tuple[str, ...] = ()
     inference: bool = False
     scan: bool = False

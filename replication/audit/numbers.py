@@ -254,7 +254,6 @@ def _declare(part: Part, claim: Stated, entry: str, printed: Any, files: _Files,
     part.claim(
         Kind.BOUND if print_.relation else Kind.MATRIX if print_.shape else Kind.VALUE,
         pinned=claim.of("pinned", entry) or ("reproduced after erratum" if meant_here else ""),
-        uses=dict.fromkeys(experiment for names in uses for experiment in names),
         erratum=claim.of("erratum", entry) or None,
         meant=meant_here,
         uncertainty=claim.uncertainty,

@@ -164,7 +164,8 @@ class Paper(StatedPaper, frozen=True, kw_only=True):
     """A source paper as this package audits it.
 
     `findings` turns results into sentences that lead the paper's page, `sensitivity` into how far claims move while
-    printed parameters move within their rounding, `common` into what its estimators reach on the common plant.
+    printed parameters move within their rounding, `common` into what its estimators reach on the common plant. All
+    functions have results, and claims of a sensitivity, by their names without the key of the paper.
     """
 
     experiments: tuple[Experiment, ...]
@@ -174,3 +175,7 @@ class Paper(StatedPaper, frozen=True, kw_only=True):
     findings: Callable[[Results], tuple[str, ...]] = lambda results: ()
     sensitivity: Callable[[Results], tuple[Sensitivity, ...]] = lambda results: ()
     common: Callable[[Results], tuple[CommonLevel, ...]] = lambda results: ()
+
+    def short(self, name: str) -> str:
+        """The name of an experiment as the functions know it."""
+        return name.removeprefix(f"{self.key}.")

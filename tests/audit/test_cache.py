@@ -96,16 +96,6 @@ def test_a_cache_that_is_not_read_still_stores(cache: Cache) -> None:
     assert cache.lookup("e", dependencies()).entry == entry()
 
 
-@pytest.mark.parametrize(
-    "content", [b"", b"{", b"[]", b"null", b"\xff\xfe", b'{"key": 1, "sha256": 2}', b"[" * 100_000]
-)
-def test_a_damaged_entry_is_not_used(cache: Cache, content: bytes) -> None:
-    cache.store("e", entry())
-    (cache.directory / "e.json").write_bytes(content)
-    found = cache.lookup("e", dependencies())
-    assert (found.entry, found.reason) == (None, UNREADABLE)
-
-
 def test_every_cut_and_every_changed_digit_is_noticed(cache: Cache) -> None:
     cache.store("e", entry(0.123456789))
     path = cache.directory / "e.json"

@@ -135,7 +135,7 @@ NO_LOCK = "packages, clock, draws, child programs and computed paths"
 PAPER = """
 from replication.audit.declare import Evidence, Part, command, paper
 PART = Part("All", reading="none")
-@PART.order("value", place="Sec. 1", uses={uses!r})
+@PART.order("value", place="Sec. 1")
 def value(results):
     "It is computed."
     return Evidence(method="by its command", cross_check="none", holds=bool(list(map(results.get, {uses!r}))), margin=1.0)

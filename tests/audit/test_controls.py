@@ -222,7 +222,7 @@ def asked(
 ) -> tuple[Paper, ResultsFile]:
     """A paper with one claim, which rests on these experiments, and the file of its run."""
     part, about = Part("Sec. 2", reading="none"), dict.fromkeys(("title", "venue", "doi", "summary", "bibtex"), "")
-    part.value("it", printed, statement="It is computed.", uses=tuple(one.name for one in made))(answer)
+    part.value("it", printed, statement="It is computed.")(answer)
     whole = paper(key="toy", authors=(), year=2020, parts=(part,), experiments=made, **about)
     return whole, assemble([whole], done, results_file().run, SourceTree({}), (), {})[0]
 

@@ -2,6 +2,7 @@
 
 import inspect
 from contextlib import nullcontext
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -56,8 +57,8 @@ def common(results: Results) -> tuple[CommonLevel, ...]:
 
 def sample() -> Paper:
     table, motor = Part("Table 1", reading="none", figures="levels", also="motor.speed"), Part("Sec. V", reading="none")
-    table.value("table1.n21", PRINTED, uses="motor", pinned="differs", erratum="slip")(answer)
-    motor.order("motor.speed", place="Sec. V", statement="It turns.", uses=("motor", "other"))(partial(level, "motor"))
+    table.value("table1.n21", PRINTED, pinned="differs", erratum="slip")(answer)
+    motor.order("motor.speed", place="Sec. V", statement="It turns.")(partial(level, "motor"))
     motor.cited("motor.seconds", "3", place="Sec. V", statement="It takes 3 s.", reason="of that computer")
     figure = Figure(
         name="levels", place="Fig. 1", title="L", caption="", published=True, uses=("motor",), data=drawn,
@@ -67,7 +68,7 @@ def sample() -> Paper:
         **ABOUT,
         parts=[table, motor, Part("Sec. VI", reason="a conclusion")],
         experiments=[experiment("motor", compute, base=PRINTED), experiment("other", compute, base=2)],
-        errata=[Erratum(id="slip", place="p", printed="a", meant="b", prove=proof, uses=("motor",))],
+        errata=[Erratum(id="slip", place="p", printed="a", meant="b", prove=proof)],
         figures=[figure],
         tables=[Table(place="Table 1", caption="", header=("printed", "ours"), rows=((PRINTED, "claim:table1.n21"),))],
         findings=lambda results: tuple(sorted(results)),
@@ -83,10 +84,9 @@ def test_names_are_in_full_outside() -> None:
     made = sample()
     validate_claims([made])
     assert [claim.id for claim in made.claims] == ["toy.table1.n21", "toy.motor.speed", "toy.motor.seconds"]
-    assert [claim.uses for claim in made.claims] == [("toy.motor",), ("toy.motor", "toy.other"), ()]
     assert [claim.erratum for claim in made.claims] == ["toy.slip", None, None]
     assert [entry.name for entry in made.experiments] == ["toy.motor", "toy.other"]
-    assert (made.errata[0].id, made.errata[0].uses) == ("toy.slip", ("toy.motor",))
+    assert made.errata[0].id == "toy.slip"
     assert (made.figures[0].name, made.figures[0].uses) == ("toy-levels", ("toy.motor",))
     assert made.tables[0].rows == (("1.14", "claim:toy.table1.n21"),)
     assert type(made.tables[0].rows[0][0]) is str
@@ -106,32 +106,6 @@ def test_a_section_that_two_parts_declare_is_one_item_of_the_scope() -> None:
         part.value(name, PRINTED)(answer)
     (item,) = paper(**ABOUT, parts=[first, again], experiments=[]).scope
     assert (item.part, item.claims, item.figures) == ("Sec. 1", ("toy.a", "toy.b"), ("toy-levels",))
-
-
-def test_functions_see_the_results_of_their_paper_under_short_names() -> None:
-    made = sample()
-    assert [claim.answer(RESULTS).value for claim in made.claims] == [2.0, 2.0, None]
-    assert made.claims[2].answer({}).not_checkable == "of that computer"
-    assert made.errata[0].prove(RESULTS).text == "motor, other"
-    assert made.figures[0].data(RESULTS).columns == {"x": (2.0,)}
-    assert made.findings(RESULTS) == ("motor", "other")
-    assert [(row.claim, row.base) for row in made.sensitivity(RESULTS)] == [("toy.table1.n21", 2.0)]
-    assert made.common(RESULTS)[0].upper == 2.0
-    bare = paper(**ABOUT, parts=(), experiments=())
-    assert (bare.findings({}), bare.sensitivity({}), bare.common({})) == ((), (), ())
-
-
-def test_results_under_short_names_are_a_mapping() -> None:
-    seen: list[Results] = []
-
-    def look(results: Results) -> tuple[str, ...]:
-        seen.append(results)
-        return ()
-
-    paper(**ABOUT, parts=(), experiments=(), findings=look).findings(RESULTS)
-    assert dict(seen[0]) == {"motor": 2.0, "other": 3.0} and len(seen[0]) == 2 and "another.motor" not in seen[0]
-    with pytest.raises(KeyError, match=r"toy\.speed"):
-        seen[0]["speed"]
 
 
 def test_each_kind_is_a_method_and_pins_agreement() -> None:
@@ -185,14 +159,13 @@ def test_a_claim_that_says_too_little_is_refused(told: dict[str, Any], function:
 
 @pytest.mark.parametrize("name", ["toy.level", "toy."])
 def test_a_name_with_the_key_in_front_is_refused(name: str) -> None:
-    claims, uses = Part("p"), Part("p")
+    claims = Part("p")
     claims.value(name, PRINTED)(answer)
-    uses.value("a.b", PRINTED, uses=name)(answer)
     for told in (
         {"parts": [claims]},
-        {"parts": [uses]},
         {"parts": [Part("p", also=name)]},
         {"experiments": [experiment(name, compute, base=1)]},
+        {"experiments": [replace(experiment("a", compute, base=1), needs=(name,))]},
         {"tables": [Table(place="p", caption="", header=(), rows=((f"claim:{name}",),))]},
     ):
         with pytest.raises(AuditError, match=r"begins with the key of its paper; leave 'toy\.' out"):

@@ -86,7 +86,7 @@ def test_only_results_in_use_reach_the_figure(tmp_path: Path) -> None:
     assert "no result of doe1999.a" in without.error
     (record,) = write_figures(tmp_path, made, results={"doe1999.a": 2, "doe1999.b": 1})
     assert record.error == ""
-    assert seen == [{"doe1999.a": 2}]
+    assert seen == [{"a": 2}]
 
 
 @given(

@@ -25,7 +25,7 @@ AT = r" \[papers/toy2020/claims\.py:\d+\]"
 def test_fields_of_another_type_are_told_together_before_anything_is_computed(lab: Lab) -> None:
     lab.edit(CLAIMS, "kind=Kind.ORDER", 'kind="order"')
     lab.edit(CLAIMS, 'printed="4.0"', "printed=4.0")
-    lab.edit(CLAIMS, 'uses=("toy2020.wait-a", "toy2020.wait-b")', 'uses=("toy2020.wait-a")')
+    lab.edit(CLAIMS, 'uses=("toy2020.square",)', 'uses=("toy2020.square")')
     lab.edit(CLAIMS, "published=True", 'published="yes"')
     lab.edit("toy2020/__init__.py", 'authors=("A. Toy",)', 'authors="A. Toy"')
     lab.edit("toy2020/experiments.py", 'inputs={"size": 200, "seed": 1}', "inputs=[2]")
@@ -34,7 +34,7 @@ def test_fields_of_another_type_are_told_together_before_anything_is_computed(la
     for words in (
         rf"claim 'toy2020.wait.patient': kind is 'order'; write one of Kind.VALUE, .*{AT}",
         rf"claim 'toy2020.square.two': printed is 4.0; .* is a string, whose digits are its tolerance: \"1.50\"{AT}",
-        rf"claim 'toy2020.wait.patient': uses is 'toy2020.wait-a'; .*with a comma: \('name',\){AT}",
+        rf"figure 'toy2020-fig1': uses is 'toy2020.square'; .*with a comma: \('name',\){AT}",
         rf"figure 'toy2020-fig1': published is 'yes'; .*{AT}",
         r"paper 'toy2020': authors is 'A. Toy'; expected `array`, got `str`",
         r"experiment 'toy2020.spectrum': inputs is \[2\]; give a dictionary",
@@ -186,9 +186,7 @@ def test_what_is_left_behind_again_is_told_again(monkeypatch: pytest.MonkeyPatch
 
 
 def test_what_a_claim_does_to_a_result_reaches_no_other(lab: Lab) -> None:
-    lab.edit(
-        CLAIMS, 'value=results["toy2020.square"]["squares"][1]', 'value=results["toy2020.square"]["squares"].pop(1)'
-    )
+    lab.edit(CLAIMS, 'value=results["square"]["squares"][1]', 'value=results["square"]["squares"].pop(1)')
     assert lab.cli("run").returncode == 0
 
 

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -63,7 +64,7 @@ def test_each_entry_is_a_claim_of_the_part_that_its_place_begins_with(tmp_path: 
     assert [claim.id for claim in rates.claims] == ["rate.slow", "rate.fast"]
     slow = rates.claims[0]
     assert (slow.statement, slow.printed, slow.place) == ("The slow rate.", "0.25", "Sec. 1, the slow rate")
-    assert (slow.kind, slow.uses, slow.expected) == (Kind.VALUE, ("model", "closed"), Verdict.REPRODUCED)
+    assert (slow.kind, slow.expected) == (Kind.VALUE, Verdict.REPRODUCED)
     assert (slow.unit, slow.reading) == ("1/d", "none")
     evidence = slow.answer(RESULTS)
     assert evidence.value == 0.25 and "0.2501" in evidence.cross_check and evidence.method == "By the model."
@@ -196,8 +197,17 @@ def test_an_experiment_that_failed_is_told_as_that_and_counts_as_used(tmp_path: 
     assert results.read == {"model"}
 
 
+@pytest.mark.parametrize("ask", [lambda r: r["a"], lambda r: r.get("a"), lambda r: dict(r)["a"]])
+def test_a_result_that_is_read_in_any_way_counts_and_is_a_copy(ask: Callable[[Available], Any]) -> None:
+    held = {"a": [1.0]}
+    results = Available(held, {})
+    assert len(results) == 1 and "a" in results and results.read == set()
+    ask(results).append(2.0)
+    assert (held["a"], results["a"], results.read) == ([1.0], [1.0, 2.0], {"a"})
+
+
 def test_an_experiment_that_is_asked_for_by_a_wrong_name_is_told_with_those_there_are() -> None:
-    with pytest.raises(AuditError, match=r"experiment modle is not among those it says it uses; did you mean model\?"):
+    with pytest.raises(AuditError, match=r"there is no experiment modle; did you mean model\?"):
         Available({"model": 1.0}, {"closed": "failed"})["modle"]
 
 
@@ -230,7 +240,7 @@ def test_a_paper_of_tables_alone(tmp_path: Path) -> None:
         "roe.time": "undetermined",
     }
     assert told["roe.raw"]["evidence"]["method"].endswith("Nothing here makes data/d.csv.")
-    assert told["roe.slope.treated"]["claim"]["uses"] == ["roe.out-fit.csv", "roe.fit"]
+    assert told["roe.slope.treated"]["claim"]["uses"] == ["roe.fit", "roe.out-fit.csv"]
     assert "0 problems in 4 claims" in lab.cli("check").stdout
     (lab.root / "fit.sh").write_text(texts["fit.sh"].replace("cp", "sed s/0.75/0.85/").replace("out/", "> out/"))
     again = lab.cli("run")

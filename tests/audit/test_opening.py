@@ -26,7 +26,7 @@ from replication.audit.report.page import build_report, render
 from replication.audit.report.paper import paper_view
 from replication.audit.report.sections.across import across
 from replication.audit.report.templates import environment
-from replication.audit.report.words import TERMS, linked
+from replication.audit.report.words import TERMS, linked, terms
 from replication.audit.run import assemble
 from replication.audit.run.assemble import Available
 from replication.audit.store.records import ResultsFile
@@ -425,3 +425,5 @@ def test_each_term_that_is_met_has_its_entry_and_a_paper_adds_its_own(made: Resu
     )
     met = {str(e.get("href"))[1:] for e in page.iter() if e.get("class") == "term"}
     assert {"word-bracket", "word-sensors"} <= met <= {e.get("id") for e in page.iter()}
+    added = [list(terms(with_brief(made, terms=dict.fromkeys(order, "")).papers)) for order in ("ab", "ba")]
+    assert added[0] == added[1] == [*TERMS, "a", "b"], "the same before and after the results are written"

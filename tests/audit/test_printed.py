@@ -93,13 +93,6 @@ def test_value_and_unit_of_any_decimal(digits: int, places: int, typographic: bo
     assert entry.unit == Fraction(1, 10**places)
 
 
-@given(st.lists(st.decimals(-1000, 1000, places=3), min_size=1, max_size=6))
-def test_list_is_its_entries(numbers: list[Decimal]) -> None:
-    printed = parse("(" + ", ".join(map(str, numbers)) + ")")
-    assert printed.shape == (len(numbers),)
-    assert [entry.value for entry in printed.entries] == [Fraction(number) for number in numbers]
-
-
 @given(st.text(max_size=12))
 def test_any_text_is_parsed_or_refused(text: str) -> None:
     try:

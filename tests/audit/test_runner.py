@@ -65,6 +65,7 @@ def test_number_of_jobs_does_not_change_a_byte(apart: Lab) -> None:
 
 
 def test_records_say_what_ran_and_what_solved(lab: Lab) -> None:
+    lab.edit("toy2020/claims.py", '["waited"] == "a"', '["waited"] == "a" and "waited" in results["wait-b"]')
     answer = lab.audit()
     (square,) = (record for record in answer["file"]["experiments"] if record["name"] == "toy2020.square")
     assert square["function"] == "papers.toy2020.squares:square"
@@ -74,8 +75,9 @@ def test_records_say_what_ran_and_what_solved(lab: Lab) -> None:
     assert answer["file"]["papers"][1]["findings"] == ["Two squared is 4.0."]
     assert answer["file"]["errata"][0]["holds"] is True
     (patient,) = (claim for claim in answer["file"]["claims"] if claim["claim"]["id"] == "toy2020.wait.patient")
-    waits = [record["seconds"] for record in answer["file"]["experiments"] if record["name"].startswith("toy2020.wait")]
-    assert patient["evidence"]["seconds"] == pytest.approx(sum(waits), rel=1e-12)
+    read = {record["name"]: record["seconds"] for record in answer["file"]["experiments"]}
+    assert patient["claim"]["uses"] == ["toy2020.wait-a", "toy2020.wait-b"]
+    assert patient["evidence"]["seconds"] == read["toy2020.wait-a"] + read["toy2020.wait-b"]
     assert patient["evidence"]["code"].startswith("papers/toy2020/claims.py:")
 
 
@@ -136,14 +138,18 @@ def test_what_ends_its_process_is_an_error_of_its_experiment_alone(apart: Lab, j
     assert done(answer, "computed") == {"toy2020.wait-a", "toy2020.wait-b"}
 
 
-BOTH = 'results["toy2020.wait-a"] and results["toy2020.wait-b"]'
+BOTH = 'results["wait-a"] and results["wait-b"]'
 
 
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
         ('return Evidence(method="waiting"', 'raise KeyError("lost")\n    return Evidence(method="x"', "lost"),
-        ('results["toy2020.wait-a"]["waited"]', 'results["toy2020.square"]["waited"]', "says it uses"),
+        (
+            'results["wait-a"]["waited"]',
+            'results["wait-c"]["waited"]',
+            "there is no experiment wait-c",
+        ),
         ('return Evidence(method="waiting"', f'return {BOTH} and 3\n    return Evidence(method="x"', "answered 3"),
     ],
 )

@@ -24,7 +24,7 @@ PAPER = """
 from replication.audit.declare import Evidence, Part, experiment, paper
 from papers.roe.experiments import make
 PART = Part("All", reading="none")
-@PART.order("value", place="Sec. 1", uses="made")
+@PART.order("value", place="Sec. 1")
 def value(results):
     "It is computed."
     return Evidence(method="by its experiment", cross_check="none", holds=True, margin=1.0 + 0 * len(str(results["made"])))

@@ -132,7 +132,7 @@ def ran(tmp_path_factory: pytest.TempPathFactory) -> Inside:
     ]
     lab.path("toy2020/theorems.json").write_text(json.dumps(wanted), encoding="utf-8")
     more = """sensitivity=lambda results: (Sensitivity(
-        claim="toy2020.square.two", parameter="x", printed="2", base=4.0, low=results["toy2020.square"]["squares"][0],
+        claim="square.two", parameter="x", printed="2", base=4.0, low=results["square"]["squares"][0],
         high=None),),
     common=lambda results: (CommonLevel(sensor="s", multiple=1, lower=1.0, upper=2.0, measure="m"),),
     findings="""

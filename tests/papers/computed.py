@@ -28,6 +28,18 @@ def result(name: str) -> Any:
     return json.loads(_stored(name))
 
 
+class Computed(dict[str, Any]):
+    """The results of a paper by their short names, each computed where it is asked for."""
+
+    def __init__(self, key: str) -> None:
+        super().__init__()
+        self.key = key
+
+    def __missing__(self, name: str) -> Any:
+        self[name] = result(f"{self.key}.{name}")
+        return self[name]
+
+
 @functools.cache
 def _stored(name: str) -> str:
     (store,), (environment, sources) = STORE, _project()

@@ -42,17 +42,24 @@ def times(factor: float) -> Callable[[Any], Any]:
     return lambda value: [factor * entry for entry in value] if isinstance(value, list) else factor * value
 
 
-def full(paper: Paper, results: Results) -> dict[str, Any]:
-    """The results by their full names."""
-    return {f"{paper.key}.{name}": value for name, value in results.items()}
+class Read(dict[str, Any]):
+    """Of results those that were read."""
+
+    def __init__(self, results: Results) -> None:
+        super().__init__()
+        self._results = results
+
+    def __missing__(self, name: str) -> Any:
+        self[name] = self._results[name]
+        return self[name]
 
 
 def verdict(paper: Paper, claim: Claim, results: Results, proof: bool | None = None) -> Verdict:
     """The verdict with these results; proof: whether that of the claim's erratum holds, else it is computed."""
-    evidence = claim.answer(full(paper, results))
+    evidence = claim.answer(results)
     assert {one.reading for one in evidence.outcomes} <= {NO_READING, *(reading.name for reading in paper.readings)}
     erratum = next((one for one in paper.errata if one.id == claim.erratum), None)
     if erratum is None:
         return make_record(claim, evidence, readings=paper.readings).verdict
-    proved = erratum.prove(full(paper, results)) if proof is None else Proof(holds=proof, text="taken for granted here")
+    proved = erratum.prove(results) if proof is None else Proof(holds=proof, text="taken for granted here")
     return make_record(claim, evidence, ErratumRecord.of(paper.key, erratum, proved), readings=paper.readings).verdict

@@ -4,11 +4,11 @@ Numbers are altered by the name under which they lie in the results, all that ha
 """
 
 import copy
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import pytest
-from faults import Fault, Results, full, put, verdict
+from faults import Fault, Read, Results, put, verdict
 
 import papers
 from papers.mustafa.method import CORRECT
@@ -114,10 +114,12 @@ def turns(judge: Callable[[Results], Any], results: Results, tried: Iterable[str
     return ""
 
 
-def results_of(paper: Paper, uses: Iterable[str], fresh_run: Outcome) -> Results:
-    """The results by their short names."""
-    found: Mapping[str, Any] = fresh_run.results_by_experiment
-    return {use.removeprefix(f"{paper.key}."): found[use] for use in uses}
+def results_of(paper: Paper, function: Callable[[Results], Any], fresh_run: Outcome) -> Results:
+    """The results that a function of a paper reads, by their short names."""
+    computed = {name.removeprefix(f"{paper.key}."): value for name, value in fresh_run.results_by_experiment.items()}
+    read = Read(computed)
+    function(read)
+    return dict(read)
 
 
 def judged(paper: Paper, claim: Claim) -> Callable[[Results], Verdict]:
@@ -128,12 +130,12 @@ def judged(paper: Paper, claim: Claim) -> Callable[[Results], Verdict]:
 def test_a_correction_counts_only_with_its_proof(key: str, fresh_run: Outcome) -> None:
     (paper,) = papers.load([key])
     for claim in (claim for claim in paper.claims if claim.erratum and claim.expected in AGREES):
-        results = results_of(paper, claim.uses, fresh_run)
+        results = results_of(paper, claim.answer, fresh_run)
         assert verdict(paper, claim, results, proof=False) not in (*AGREES, Verdict.ERROR), claim.id
 
 
-def proved(paper: Paper, erratum: Erratum, results: Results) -> Callable[[Results], bool]:
-    return lambda others: erratum.prove(full(paper, {**results, **others})).holds
+def proved(erratum: Erratum, results: Results) -> Callable[[Results], bool]:
+    return lambda others: erratum.prove({**results, **others}).holds
 
 
 @pytest.mark.parametrize("key", papers.KEYS)
@@ -141,7 +143,7 @@ def test_other_numbers_turn_each_verdict(key: str, fresh_run: Outcome) -> None:
     (paper,) = papers.load([key])
     kept = []
     for claim in (claim for claim in paper.claims if claim.kind is not Kind.CITED):
-        results = results_of(paper, claim.uses, fresh_run)
+        results = results_of(paper, claim.answer, fresh_run)
         for tried in ([name] for name in DECISIVE[claim.id]) if claim.id in DECISIVE else [[*names(results), ALL]]:
             if not turns(judged(paper, claim), results, tried):
                 kept.append(claim.id)
@@ -152,7 +154,7 @@ def test_other_numbers_turn_each_verdict(key: str, fresh_run: Outcome) -> None:
 def test_what_agrees_or_is_told_in_words_turns_the_verdict(name: str, fresh_run: Outcome) -> None:
     (paper,) = papers.load([name.partition(".")[0]])
     (claim,) = (claim for claim in paper.claims if claim.id == name)
-    results = copy.deepcopy(results_of(paper, claim.uses, fresh_run))
+    results = copy.deepcopy(results_of(paper, claim.answer, fresh_run))
     assert judged(paper, claim)(results) is claim.expected
     BY_HAND[name](results)
     assert judged(paper, claim)(results) not in (claim.expected, Verdict.ERROR)
@@ -162,8 +164,8 @@ def test_what_agrees_or_is_told_in_words_turns_the_verdict(name: str, fresh_run:
 def test_other_results_of_each_experiment_refute_the_proof_of_an_erratum(key: str, fresh_run: Outcome) -> None:
     (paper,) = papers.load([key])
     for erratum in paper.errata:
-        results = results_of(paper, erratum.uses, fresh_run)
-        holds = proved(paper, erratum, results)
+        results = results_of(paper, erratum.prove, fresh_run)
+        holds = proved(erratum, results)
         assert holds({})
         for use, result in results.items():
             if fault := PROOFS_BY_HAND.get((erratum.id, use)):

@@ -5,7 +5,7 @@ import re
 
 import pytest
 from computed import result
-from faults import Fault, Results, all_of, full, put, verdict
+from faults import Fault, Read, Results, all_of, put, verdict
 
 from papers.mustafa import PAPER
 from papers.mustafa.claims.algorithm import BOUND_9, CORRECTED_GRID
@@ -99,7 +99,7 @@ def test_an_altered_result_brings_this_verdict(name: str, expected: Verdict, alt
 
 @pytest.mark.parametrize("name", ["recovery", "congruence", "theorem-3.level", "grid-size.example-1", "valid-own.2"])
 def test_the_text_as_printed_alone_gives_none_of_these(name: str, results: Results) -> None:
-    printed = CLAIMS[name].answer(full(PAPER, results)).as_printed
+    printed = CLAIMS[name].answer(results).as_printed
     assert printed is not None
     assert printed.holds is not True
     assert printed.value is None
@@ -120,11 +120,10 @@ def test_each_correction_that_a_claim_rests_on_is_named(results: Results) -> Non
     """In its erratum or, beside that, in its note: one rule for all claims. An inference stands in the erratum."""
     for name, claim in CLAIMS.items():
         wanted = {erratum for erratum, readings in CORRECTED.items() if claim.reading in readings}
-        short = [use.removeprefix(f"{KEY}.") for use in claim.uses]
-        if any(use.endswith(".2") or use.startswith(OF_SECOND) for use in short):
+        note = claim.answer(read := Read(results)).note
+        if any(use.endswith(".2") or use.startswith(OF_SECOND) for use in read):
             wanted.add("motor-constant")
         field = (claim.erratum or "").removeprefix(f"{KEY}.")
-        note = claim.answer(full(PAPER, results)).note
         noted = re.findall(r"[\w-]+", " ".join(re.findall(r"\(errat(?:um|a) ([^)]*)\)", note)))
         assert wanted <= {field, *noted}, name
         assert "algorithm" not in wanted or field == "algorithm", name

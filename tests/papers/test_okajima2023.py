@@ -5,8 +5,8 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from computed import result
-from faults import full, put, verdict
+from computed import Computed, result
+from faults import put, verdict
 
 from papers.okajima2023 import PAPER, errata
 from papers.okajima2023.claims import levels
@@ -113,11 +113,11 @@ LACKING = ("poles", "is-unstable", "gains-optimal", "error-poles")
 @pytest.mark.parametrize("name", LACKING)
 def test_a_matrix_with_the_stated_poles_would_not_be_lacking(name: str) -> None:
     (claim,) = (claim for claim in PAPER.claims if claim.id == f"{KEY}.unstable.{name}")
-    results = {name.removeprefix(f"{KEY}."): result(name) for name in claim.uses}
+    results = Computed(KEY)
     assert verdict(PAPER, claim, results) is claim.expected is Verdict.UNDETERMINED
     put("unstable.as-printed/poles", poles(DATA["poles"]))(results)
     with pytest.raises(AuditError, match="judge the claims on it by that matrix"):
-        claim.answer(full(PAPER, results))
+        claim.answer(results)
 
 
 def test_a_fault_in_print_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import msgspec
 import pytest
-from faults import Results, all_of, full, put, verdict
+from faults import Results, all_of, put, verdict
 
 from papers.peet2019 import PAPER
 from papers.peet2019.claims import cost
@@ -127,7 +127,7 @@ def fails(claim: Claim, results: Results) -> bool:
 
 
 def outcomes_of(name: str, results: Results) -> dict[str, Outcome]:
-    return {one.reading: one for one in CLAIMS[name].answer(full(PAPER, results)).outcomes}
+    return {one.reading: one for one in CLAIMS[name].answer(results).outcomes}
 
 
 def held(name: str, results: Results) -> dict[str, bool | None]:
@@ -185,7 +185,7 @@ def test_the_outcomes_of_degree_one_follow_the_rules() -> None:
     results["readings"]["z2-wide"]["2"] |= {"gamma": 2.331, "rescaled": 2.332}
     found = outcomes_of(name, results)
     assert (found["z2-wide"].lower, found["z2-wide"].upper) == (OPTIMUM["2"], 2.331)
-    assert "z2-wide, z2-outer" in CLAIMS[name].answer(full(PAPER, results)).note
+    assert "z2-wide, z2-outer" in CLAIMS[name].answer(results).note
 
 
 def test_theorem_1_as_printed_fails_only_where_the_case_meets_all_that_it_asks() -> None:
@@ -195,12 +195,12 @@ def test_theorem_1_as_printed_fails_only_where_the_case_meets_all_that_it_asks()
         alter(results)
         assert verdict_on(claim, results) is Verdict.CONSISTENT
         (erratum,) = (one for one in PAPER.errata if one.id == claim.erratum)
-        assert not erratum.prove(full(PAPER, results)).holds
+        assert not erratum.prove(results).holds
     assert verdict_on(claim, agreeing()) is Verdict.REPRODUCED_AFTER_ERRATUM
 
 
 def found_in(results: Results, words: str) -> bool:
-    return any(words in finding for finding in PAPER.findings(full(PAPER, results)))
+    return any(words in finding for finding in PAPER.findings(results))
 
 
 def test_a_bound_is_conservative_under_the_rules_whose_level_misses_the_digits_of_pade() -> None:
@@ -239,7 +239,7 @@ def test_what_is_lumped_and_how_accurately_decides_on_lumped_states() -> None:
 def test_the_slips_of_a_theorem_read_with_several_are_named_and_are_all_of_the_text_at_hand(part: str) -> None:
     claim = CLAIMS[f"theory.{part.replace('_', '-')}"]
     errata = {one.id.partition(".")[2]: one for one in PAPER.errata}
-    answer = claim.answer(full(PAPER, agreeing()))
+    answer = claim.answer(agreeing())
     assert claim.erratum == f"peet2019.{SLIPS[part][0]}"
     for name in SLIPS[part]:
         assert name in answer.note

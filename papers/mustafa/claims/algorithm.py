@@ -139,7 +139,6 @@ for e, with_grid, with_8 in ((1, "differs", "refuted"), (2, "compatible", "consi
         f"algorithm.{e}",
         place=f"Algorithm 1; eq. (9), case U3; {GAMMA[e].place}",
         statement=f"Algorithm 1 ends with a grid that covers the range of Example {e}.",
-        uses=f"grids.{e}",
         erratum="algorithm",
         pinned="compatible",
         reading=CORRECTED_GRID,
@@ -149,7 +148,6 @@ for e, with_grid, with_8 in ((1, "differs", "refuted"), (2, "compatible", "consi
         f"grid-size.example-{e}",
         DATA[f"grid-size-{e}"],
         statement=f"Algorithm 1 ends with one element in the grid in Example {e}.",
-        uses=(f"grids.{e}", f"condition.{e}", "identities"),
         erratum="algorithm",
         pinned=with_grid,
         reading=BOUND_9,
@@ -166,7 +164,6 @@ for e, with_grid, with_8 in ((1, "differs", "refuted"), (2, "compatible", "consi
         f"condition-8.{e}",
         place=f"{GAMMA[e].place}; Theorem 3; eq. (8)",
         statement=f"With one element in the grid, the middle of the range, Example {e} satisfies (8) at every period.",
-        uses=f"condition.{e}",
         ours=True,
         erratum=SLIP[e],
         pinned=with_8,
@@ -186,7 +183,6 @@ ROBUST_PERFORMANCE = Part("Sec. V-A, eq. (12) and the remark on one level", read
 @ROBUST_PERFORMANCE.feasible(
     "map-12",
     place="Eq. (12)",
-    uses="identities",
     erratum="map-12",
     pinned="reproduced after erratum",
     says=for_both("map of the error system"),
@@ -203,7 +199,6 @@ def map_12(results: Results) -> Evidence:
 @ROBUST_PERFORMANCE.feasible(
     "performance-12",
     place="Sec. V-A, eq. (12)",
-    uses=("identities", "curve.1", "curve.2", "bracket.1", "bracket.2", "condition.2"),
     erratum="map-12",
     reading=NECESSARY,
     pinned="undetermined",
@@ -244,7 +239,6 @@ def performance_by_12(results: Results) -> Evidence:
     place="Sec. V-A",
     statement="One level for both channels may be conservative: in Example 1 it is, with (13) as reconstructed here, "
     f"on {CELLS} equal cells of the range.",
-    uses=("robust.1", "robust.2"),
     reading="(13) reconstructed",
     says=term("conservative level", "example-1", cells=CELLS),
 )

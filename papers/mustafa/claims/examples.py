@@ -72,7 +72,6 @@ def declare_level(e: int, pinned: str) -> None:
         f"gamma.{e}",
         GAMMA[e],
         statement=f"The level of step 2 at the one period of the grid of Example {e}.",
-        uses=(f"nominal.{e}", f"bracket.{e}", f"curve.{e}"),
         erratum=SLIP[e],
         pinned=pinned,
         reading="least nominal level",
@@ -103,9 +102,7 @@ LEVELS.cited(
 declare_level(2, "compatible")
 
 
-@LEVELS.value(
-    "filter.norm", GAMMA[2], uses=("bracket.2", "nominal.2"), erratum=MISNAMED, pinned="reproduced", says=OF_PRINTED
-)
+@LEVELS.value("filter.norm", GAMMA[2], erratum=MISNAMED, pinned="reproduced", says=OF_PRINTED)
 def norm_of_printed_filter(results: Results) -> Evidence:
     """The printed filter attains the printed level at the printed grid period."""
     norm, best = results["bracket.2"]["nominal"], results["nominal.2"]["formula"]
@@ -121,7 +118,6 @@ def norm_of_printed_filter(results: Results) -> Evidence:
 @LEVELS.matrix(
     "filter.output-matrix",
     PRINTED_FILTER["C_f"],
-    uses="output-matrix",
     erratum=MISNAMED,
     pinned="reproduced",
     says=term("output matrix", "printed-filter", level=str(GAMMA[2])),
@@ -142,7 +138,6 @@ def output_matrix(results: Results) -> Evidence:
 @LEVELS.matrix(
     "filter.second-column",
     COLUMNS["second"],
-    uses="nominal.2",
     reading="filter as an observer",
     erratum=MISNAMED,
     ours=True,
@@ -159,7 +154,6 @@ def second_column(results: Results) -> Evidence:
 @LEVELS.matrix(
     "filter.first-column",
     COLUMNS["first"],
-    uses="nominal.2",
     reading="filter as an observer",
     erratum=MISNAMED,
     ours=True,
@@ -182,7 +176,6 @@ def first_column(results: Results) -> Evidence:
 @RESPONSE.statistical(
     "figure.attenuated",
     place="Sec. VI-B; Fig. 2",
-    uses=("draws", "laws", "bracket.2"),
     reading="periods uniform",
     erratum=MISNAMED,
 )

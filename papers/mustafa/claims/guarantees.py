@@ -140,7 +140,6 @@ for e, place, said_of in (
         place=place,
         statement=f"Example {e} has a performance level for every sequence of sampling periods; of the printed one "
         f"{said_of}.",
-        uses=(f"bracket.{e}", f"bracket-duration.{e}", f"curve.{e}", *(["loosest.1"] if e == 1 else [])),
         erratum=SLIP[e],
         pinned="consistent",
         says=robust_level(e),
@@ -151,7 +150,6 @@ for e, place, said_of in (
 @ALGORITHM_1.feasible(
     "step-3",
     place="Algorithm 1, step 3",
-    uses=("bracket.1", "bracket.2"),
     reading=GRID_PERIODS,
     says=[predicate for e in EXAMPLES for predicate in printed_level(e)],
 )
@@ -235,7 +233,6 @@ for e in EXAMPLES:
         place="Sec. I, on the grid",
         statement=f"In Example {e} the filter of the one period of the grid is valid at all periods of the range: the "
         "error system is stable for every sequence.",
-        uses=(f"curve.{e}", f"bracket.{e}"),
         erratum=SLIP[e],
         pinned="consistent",
         says=STABLE_WITH[e],
@@ -247,7 +244,6 @@ for e in EXAMPLES:
         statement=f"Example {e}: even the filter of our corrected grid exceeds its level along some sequence of "
         "periods.",
         ours=True,
-        uses=(f"own-grid.{e}", f"grids.{e}"),
         erratum="algorithm",
         pinned="compatible",
         reading=CORRECTED_GRID,

@@ -46,17 +46,13 @@ def reached(results: Results, end: str) -> Evidence:
     )
 
 
-@THEOREM_1.feasible(
-    "l3", place="Theorem 1, case L3", uses=CONDITIONS, erratum=MISNAMED, says=for_both("sharp lower end (9)")
-)
+@THEOREM_1.feasible("l3", place="Theorem 1, case L3", erratum=MISNAMED, says=for_both("sharp lower end (9)"))
 def lower_end_is_sharp(results: Results) -> Evidence:
     """Case L3 ends in both examples where the bound of Lemma 3 on α‖Δ‖ reaches one."""
     return reached(results, "lower")
 
 
-@THEOREM_1.feasible(
-    "u3", place="Theorem 1, case U3", uses=CONDITIONS, erratum="u3", says=for_both("sharp upper end (9)")
-)
+@THEOREM_1.feasible("u3", place="Theorem 1, case U3", erratum="u3", says=for_both("sharp upper end (9)"))
 def u3_covers(results: Results) -> Evidence:
     """Case U3, with μ(A) in the logarithm too, ends in both examples where the bound of Lemma 3 on α‖Δ‖ reaches one."""
     corrected, printed = (reached(results, f"upper, {reading}") for reading in ("corrected", "printed"))
@@ -66,7 +62,6 @@ def u3_covers(results: Results) -> Evidence:
 @THEOREM_1.feasible(
     "conservative",
     place="Sec. IV-A, after Theorem 1",
-    uses=(*GRIDS, *BRACKETS, *CONDITIONS),
     says=for_both("conservative element"),
 )
 def one_interval_is_conservative(results: Results) -> Evidence:
@@ -125,7 +120,6 @@ for e, which in (1, "every filter that satisfies (6) at one period"), (2, "the p
         f"stable.{e}",
         place=GAMMA[e].place,
         statement=f"The error system of Example {e} is robustly stable over the whole range, with {which}.",
-        uses=f"bracket.{e}",
         erratum=SLIP[e],
         reading=NO_READING,
         says=STABLE[e],
@@ -151,7 +145,6 @@ def with_printed_f(method: str = "Size of F C, with F of the printed size, again
 @THEOREM_3.feasible(
     "theorem-3.stability",
     place="Theorem 3",
-    uses=BRACKETS,
     erratum="size-of-F",
     says=[STABLE[1], term("size of F", "printed-filter")],
 )
@@ -180,7 +173,6 @@ for part, name, place, statement in (
         place=place,
         statement=statement
         or f"{place}: under (2), the error system is robustly stable for all periods that it names.",
-        uses=BRACKETS,
         reading=NO_READING,
         says=STABLE[1],
     )(stability_follows)
@@ -189,7 +181,6 @@ for part, name, place, statement in (
 @THEOREM_1.feasible(
     "small-gain.required",
     place="Sec. III, before (8)",
-    uses=(*BRACKETS, *CONDITIONS),
     reading=NO_READING,
     says=STABLE[1],
 )
@@ -211,7 +202,6 @@ def small_gain_is_required(results: Results) -> Evidence:
 @THEOREM_3.feasible(
     "theorem-3.level",
     place="Theorem 3",
-    uses=("identities", "own-grid.1", "own-grid.2"),
     erratum="size-of-F",
     says=term("level of Theorem 3"),
 )
@@ -249,7 +239,6 @@ def lmi_size_of_f(results: Results) -> Evidence:
 @THEOREM_3.feasible(
     "recovery",
     place="Eq. (11)",
-    uses="identities",
     erratum="size-of-F",
     says=term("recovery (11)"),
 )
@@ -268,7 +257,6 @@ def recovery(results: Results) -> Evidence:
 @THEOREM_3.feasible(
     "congruence",
     place="Theorem 3, proof",
-    uses="identities",
     erratum="size-of-F",
     says=term("congruence (10)"),
 )

@@ -29,17 +29,29 @@ WITH_SIZE = "(10) is used with F of size n × r too (erratum size-of-F)."
 
 def on_motor(part: Part) -> Part:
     """The part, each of its claims that uses A of Example 2, which the text leaves without a constant, saying so."""
-    part.claims[:] = [
-        replace(claim, answer=_noted(claim.answer)) if OF_SECOND & set(claim.uses) else claim for claim in part.claims
-    ]
+    part.claims[:] = [replace(claim, answer=_noted(claim.answer)) for claim in part.claims]
     return part
+
+
+class _Read(dict[str, Any]):
+    """The results that an answer has read."""
+
+    def __init__(self, results: Results) -> None:
+        super().__init__()
+        self._results = results
+
+    def __missing__(self, name: str) -> Any:
+        self[name] = self._results[name]
+        return self[name]
 
 
 def _noted(answer: Callable[[Results], Evidence]) -> Callable[[Results], Evidence]:
     @wraps(answer)
     def noted(results: Results) -> Evidence:
-        evidence = answer(results)
-        return replace(evidence, note=f"{evidence.note} {MOTOR_CONSTANT}".strip())
+        evidence = answer(read := _Read(results))
+        return (
+            replace(evidence, note=f"{evidence.note} {MOTOR_CONSTANT}".strip()) if OF_SECOND & set(read) else evidence
+        )
 
     return noted
 
@@ -119,7 +131,7 @@ def reordered_map(results: Results, readings: tuple[str, ...], method: str) -> E
     )
 
 
-@LEMMAS.feasible("lemma-1", place="Lemma 1", uses=("bracket.1", "bracket.2"), says=term("Lemma 1"))
+@LEMMAS.feasible("lemma-1", place="Lemma 1", says=term("Lemma 1"))
 def lemma_1(results: Results) -> Evidence:
     """If (6) holds at all periods of the range with one P, the error system has the level for every sequence."""
     # One Lyapunov function is the condition of the lemma; a sequence that exceeds its level would refute it.
@@ -132,7 +144,7 @@ def lemma_1(results: Results) -> Evidence:
     )
 
 
-@LEMMAS.feasible("lemma-2", place="Lemma 2", uses="identities", says=term("Lemma 2"))
+@LEMMAS.feasible("lemma-2", place="Lemma 2", says=term("Lemma 2"))
 def lemma_2(results: Results) -> Evidence:
     """The error system at h_0 + theta is that at h_0 with Delta(theta) in a loop."""
     return identity(
@@ -143,7 +155,7 @@ def lemma_2(results: Results) -> Evidence:
     )
 
 
-@LEMMAS.feasible("lemma-3", place="Lemma 3", uses="identities", says=term("Lemma 3"))
+@LEMMAS.feasible("lemma-3", place="Lemma 3", says=term("Lemma 3"))
 def lemma_3(results: Results) -> Evidence:
     """For t >= 0 the 2-norm of e^{At} is at most e^{mu(A) t}."""
     return identity(results, "lemma 3", "Largest excess over the bound for random plants of two states and periods.")
@@ -152,7 +164,6 @@ def lemma_3(results: Results) -> Evidence:
 @LEMMAS.feasible(
     "finite-grid",
     place="Sec. III, before Lemma 2",
-    uses=("curve.1", "curve.2"),
     reading="grid of one element",
     says=[
         Predicate(of=level, relation="more than", to=str(upper_end(GAMMA[e])), reading="grid of one element")
@@ -184,7 +195,6 @@ LEMMAS.cited(
 @LEMMAS.feasible(
     "grid-for-6",
     place="Sec. III, before Lemma 2",
-    uses=("curve.1", "curve.2"),
     reading="grid of one element",
     ours=True,
     pinned="refuted",
@@ -210,7 +220,6 @@ def grid_for_6(results: Results) -> Evidence:
 @LEMMAS.feasible(
     "map",
     place="Sec. III, below (7)",
-    uses="identities",
     erratum="map",
     pinned="reproduced after erratum",
     says=for_both("map of the error system"),

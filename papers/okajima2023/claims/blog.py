@@ -42,7 +42,6 @@ for _timing, (_n, _printed) in zip(TIMINGS, DATA["blog-timing"].items(), strict=
 @BLOG.order(
     "order.beyond-table",
     place=ON_TABLE_1,
-    uses=PERIOD_TABLE,
     reading=RULE,
     ours=True,
     says=[
@@ -86,7 +85,6 @@ def not_always_better(results: Results) -> Evidence:
 @BLOG.order(
     "blog.periodic-matrices",
     place="Blog, on Theorem 1",
-    uses="constant-matrix",
     says=[
         Predicate(
             of=of_gains("level of Theorem 1 with one P", equation),
@@ -131,7 +129,7 @@ def unmeasured(timing: int) -> Term:
     return term("longest time unmeasured", **times(DESIGNS[TIMINGS[timing]]))
 
 
-@BLOG.value("blog.idle-instants", DATA["blog-idle-instants"], uses=SCHEDULES[0], says=unmeasured(0))
+@BLOG.value("blog.idle-instants", DATA["blog-idle-instants"], says=unmeasured(0))
 def idle_instants(results: Results) -> Evidence:
     """In Case 1 of the timing this many instants in a row pass without any measurement."""
     gap = longest_gap(results[SCHEDULES[0]]["diagonals"])
@@ -141,7 +139,6 @@ def idle_instants(results: Results) -> Evidence:
 @BLOG.order(
     "blog.evenness",
     place=DATA["blog-idle-instants"].place,
-    uses=SCHEDULES,
     says=Predicate(of=unmeasured(1), relation="less than", to=unmeasured(0)),
 )
 def evenness(results: Results) -> Evidence:

@@ -109,9 +109,7 @@ def below_others(smaller: str, *larger: str) -> list[Predicate]:
 
 def level(part: Part, name: str, printed: str, experiment: str, statement: str, **fields: Any) -> None:
     """Declare the claim on the optimal level of one design; fields: reading and pinned, where they are needed."""
-    declared = part.value(
-        name, printed, statement=statement, uses=experiment, says=optimum(experiment), optimum=True, **fields
-    )
+    declared = part.value(name, printed, statement=statement, says=optimum(experiment), optimum=True, **fields)
     declared(partial(optimal_level, experiment))
 
 
@@ -122,7 +120,6 @@ def achieved(part: Part, equation: str, printed: str) -> None:
         printed,
         place=f"Eq. ({equation})",
         statement=f"The l2 gain with the gains printed in eq. ({equation}) is the level printed for them.",
-        uses=gain_set(equation),
         says=of_gains("gain", equation),
     )(partial(norm_of_printed_gains, equation))
 
@@ -135,7 +132,6 @@ def separation(results: Results, smaller: str, larger: str) -> float:
 @LEVELS.value(
     "size.variables",
     DATA["decision-variables"],
-    uses=case("proposed"),
     says=term("unknowns of Theorem 2", "stable", **times(CASES["proposed"])),
 )
 def decision_variables(results: Results) -> Evidence:
@@ -148,7 +144,7 @@ def decision_variables(results: Results) -> Evidence:
     )
 
 
-@LEVELS.value("size.rows", DATA["rows"], uses=case("proposed"), says=term("rows of Theorem 2", "stable"))
+@LEVELS.value("size.rows", DATA["rows"], says=term("rows of Theorem 2", "stable"))
 def block_size(results: Results) -> Evidence:
     """Rows, and columns, of the inequality (30) of each instant for the plant of the example."""
     return Evidence(
@@ -207,7 +203,6 @@ for _case, _read in READ_AS.items():
 @LEVELS.order(
     "order.proposed-best",
     place="Sec. IV-A, after Case C; blog",
-    uses=map(case, CASES),
     reading=PREDICTORS,
     says=below_others(*map(case, CASES)),
 )
@@ -239,7 +234,6 @@ IN_TABLE = [predicate for a, b in COMPARABLE for predicate in below_others(pair(
 @TABLE.order(
     "order.shorter-in-table",
     place="Sec. IV-A, on Table 1; blog",
-    uses=map(pair, TABLE_1),
     reading=NO_READING,
     says=IN_TABLE,
 )
@@ -284,7 +278,6 @@ for _theta, (_case_of_timing, _printed_of_timing) in enumerate(DATA["level-of-ti
 @TIMING.order(
     "order.timing-matters",
     place="Sec. IV-B",
-    uses=TIMINGS,
     says=[Predicate(of=optimum(a), relation="is not", to=optimum(b)) for a, b in combinations(TIMINGS, 2)],
 )
 def timing_matters(results: Results) -> Evidence:
@@ -297,16 +290,14 @@ def timing_matters(results: Results) -> Evidence:
     )
 
 
-@TIMING.order(
-    "order.timing-best", place="Sec. IV-B; blog", uses=TIMINGS, says=below_others(TIMINGS[1], TIMINGS[0], TIMINGS[2])
-)
+@TIMING.order("order.timing-best", place="Sec. IV-B; blog", says=below_others(TIMINGS[1], TIMINGS[0], TIMINGS[2]))
 def second_timing_best(results: Results) -> Evidence:
     """Of the three timings for N₁ = N₂ = 3, Case 2 has the smallest optimal level."""
     margin = min(separation(results, TIMINGS[1], TIMINGS[theta]) for theta in (0, 2))
     return positive(margin, method="Distance between brackets of exact optima.")
 
 
-@TIMING.order("gains.depend-on-timing", place="Sec. IV-B", uses=TIMINGS)
+@TIMING.order("gains.depend-on-timing", place="Sec. IV-B")
 def gains_depend_on_timing(results: Results) -> Evidence:
     """The three timings have different gains of the first sensor at instant 0: those printed, and our central ones."""
     # The first sensor is measured at instant 0 in all three cases.

@@ -5,7 +5,7 @@ from typing import Any
 
 from papers._common import outcomes_of
 from papers.okajima2023.claims.levels import PREDICTORS, optimum
-from papers.okajima2023.experiments.declared import CASES, DRAWS, SEEDS, case
+from papers.okajima2023.experiments.declared import DRAWS, SEEDS, case
 from papers.okajima2023.experiments.simulations import DENOMINATORS, distribution
 from papers.okajima2023.printed import DATA
 from replication.audit.declare import Part, below, positive
@@ -79,14 +79,12 @@ for _name, _printed in DATA["simulated-ratio"].items():
         reading=READING_OF[ALL_NOISE],
         pinned="compatible",
         erratum=DENOMINATOR,
-        uses=DRAWS,
     )(partial(printed_ratio_among_draws, _name))
 
 
 @SIMULATION.order(
     "gsim.below-level",
     place="Sec. IV-A, after eq. (34)",
-    uses=(DRAWS, *map(case, CASES)),
     reading=PREDICTORS,
     says=[
         Predicate(of=optimum(case(name)), relation="more than", to=str(printed))
@@ -108,7 +106,7 @@ def _smaller(fractions: dict[str, float]) -> dict[str, float]:
     return {f"fraction of draws below Case {name}": fraction for name, fraction in fractions.items()}
 
 
-@SIMULATION.statistical("gsim.smallest", place="Sec. IV-A, after eq. (34)", uses=DRAWS, reading=READING_OF[AS_PRINTED])
+@SIMULATION.statistical("gsim.smallest", place="Sec. IV-A, after eq. (34)", reading=READING_OF[AS_PRINTED])
 def smallest(results: Results) -> Evidence:
     """The proposed observer has the smallest ratio (34), in print and, by each reading of (34), in most of our
     draws."""
@@ -129,7 +127,7 @@ def smallest(results: Results) -> Evidence:
     )
 
 
-@SIMULATION.statistical("simulation.lowest-error", place="Sec. IV-A, on Figs. 2-5", uses=DRAWS)
+@SIMULATION.statistical("simulation.lowest-error", place="Sec. IV-A, on Figs. 2-5")
 def lowest_error(results: Results) -> Evidence:
     """In most of our draws of noise as in Figs. 2-5 the proposed observer has less energy of the error than each other
     case."""
@@ -142,7 +140,7 @@ def lowest_error(results: Results) -> Evidence:
     )
 
 
-@SIMULATION.statistical("order.more-outputs", place="Sec. IV-A, on Figs. 2-5", uses=DRAWS, reading=OWN_PERIODS)
+@SIMULATION.statistical("order.more-outputs", place="Sec. IV-A, on Figs. 2-5", reading=OWN_PERIODS)
 def more_outputs_are_better(results: Results) -> Evidence:
     """Observers that use more outputs have a smaller error (Figs. 2-5)."""
     shares = all_draws(results)["smaller_energy"]
@@ -168,7 +166,6 @@ def more_outputs_are_better(results: Results) -> Evidence:
     place="Sec. IV-A, on eq. (34)",
     statement=f"In none of our {SEEDS} draws does the estimated tail after k = 600 change the ratio (34) by half a "
     "unit of its last printed place.",
-    uses=DRAWS,
 )
 def truncation(results: Results) -> Evidence:
     """The largest effect of the tail over cases and draws, against half a unit."""
@@ -193,7 +190,6 @@ TIMED = Part("Sec. IV-B, simulations, Figs. 6-8", reading=SAME_NOISE, figures="f
     place="Sec. IV-B, last sentence",
     statement="Timing matters for the error: in most of our draws of such noise Case 2 has less of its energy than "
     "each other case.",
-    uses="timing-draws",
 )
 def least_error_of_timings(results: Results) -> Evidence:
     """How often each timing has the least energy of the error."""

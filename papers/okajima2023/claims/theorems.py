@@ -31,7 +31,6 @@ IDENTITY_TOLERANCE = 1e-12
 @EARLIER.order(
     "size.cyclic-larger",
     place="Sec. I, on the earlier design by cycling",
-    uses=case("proposed"),
     says=[
         Predicate(
             of=term("rows of the cyclic inequality", "stable", **TIMES),
@@ -61,9 +60,7 @@ def cyclic_is_larger(results: Results) -> Evidence:
     )
 
 
-@FORMULATION.feasible(
-    "theory.observable", place="Sec. II-A", uses="observability", says=term("observability", "stable")
-)
+@FORMULATION.feasible("theory.observable", place="Sec. II-A", says=term("observability", "stable"))
 def observable(results: Results) -> Evidence:
     """The pair (C, A) of the example is observable."""
     return positive(
@@ -86,14 +83,11 @@ for _name, _printed in SCHEDULES.items():
         _printed["diagonals"],
         statement=f"Diagonals of S₀, S₁, … for periods {tuple(_printed['periods'])} and offsets "
         f"{tuple(_printed['offsets'])}, one row per instant.",
-        uses=f"schedule.{_name}",
         says=term("measured sensors", **times(_printed)),
     )(partial(diagonals_of_selection, _name))
 
 
-@FORMULATION.value(
-    "schedule.common-period", DATA["common-period"], uses="schedule.sec-4a", says=term("common period", **TIMES)
-)
+@FORMULATION.value("schedule.common-period", DATA["common-period"], says=term("common period", **TIMES))
 def common_period(results: Results) -> Evidence:
     """The period of the observer for N₁ = 2 and N₂ = 3."""
     return Evidence(method="Least common multiple.", value=float(results["schedule.sec-4a"]["period"]))
@@ -111,7 +105,6 @@ FORMULATION.cited(
     "theory.dual-rate",
     place="After eq. (15)",
     ours=True,
-    uses="schedule.dual-rate",
     says=term("dual-rate schedule", **times(CASES["C"])),
 )
 def dual_rate_is_special_case(results: Results) -> Evidence:
@@ -140,7 +133,6 @@ FORMULATION.feasible(
     "theory.error-system",
     place="Eq. (16)",
     statement="For plants of the size of the example, the error of the observer (15) obeys the error system (16).",
-    uses="identities",
     says=term("error system (16)", **SIZES),
 )(partial(identity, "error_system", "Plant and observer in their own loops against the error system"))
 
@@ -148,7 +140,6 @@ FORMULATION.feasible(
 @FORMULATION.feasible(
     "theory.product",
     place="After eq. (16)",
-    uses="product-orders",
     says=term("same poles from the next instant", "gains-33", **TIMES),
 )
 def start_of_the_period(results: Results) -> Evidence:
@@ -191,7 +182,6 @@ THEOREMS.feasible(
     "theory.dissipation",
     place="Eqs. (20)-(23)",
     statement="For plants of the size of the example, the quadratic form of (20) is the left-hand side of eq. (23).",
-    uses="identities",
     says=term("identity (23)", **SIZES),
 )(partial(identity, "dissipation", "Quadratic form of (20) against the left-hand side of (23)"))
 
@@ -199,7 +189,6 @@ THEOREMS.feasible(
     "theory.schur",
     place="Eqs. (30)-(32)",
     statement="For plants of the size of the example, the Schur complement of (30) with Y = P L is the matrix (20).",
-    uses="identities",
     says=term("Schur complement (32)", **SIZES),
 )(
     partial(
@@ -211,9 +200,7 @@ THEOREMS.feasible(
 )
 
 
-@THEOREMS.feasible(
-    "theory.sufficient-1", place="Theorem 1", uses=("identities", "summation", *PRINTED_GAINS), says=term("Theorem 1")
-)
+@THEOREMS.feasible("theory.sufficient-1", place="Theorem 1", says=term("Theorem 1"))
 def condition_of_theorem_1_suffices(results: Results) -> Evidence:
     """If (20) is positive definite at each instant, A_e is Schur and the l2 gain is below γ."""
     sums, gains = results["summation"], [results[name] for name in PRINTED_GAINS]
@@ -225,7 +212,7 @@ def condition_of_theorem_1_suffices(results: Results) -> Evidence:
     )
 
 
-@THEOREMS.feasible("theory.sufficient-2", place="Theorem 2", uses=("identities", *DESIGNS), says=term("Theorem 2"))
+@THEOREMS.feasible("theory.sufficient-2", place="Theorem 2", says=term("Theorem 2"))
 def condition_of_theorem_2_suffices(results: Results) -> Evidence:
     """If (30) is positive definite at each instant, the gains (31) make A_e Schur and the l2 gain less than γ."""
     return _suffices(
@@ -247,7 +234,7 @@ def _suffices(residual: float, margins: list[float], method: str) -> Evidence:
     )
 
 
-@THEOREMS.feasible("theory.summation", place="Eqs. (26)-(28)", uses="summation")
+@THEOREMS.feasible("theory.summation", place="Eqs. (26)-(28)")
 def summation(results: Results) -> Evidence:
     """For the gains (33) under random noise, summing (25) gives (26), (27) and a ratio of l2 norms within (28)."""
     sums = results["summation"]
@@ -272,7 +259,6 @@ def summation(results: Results) -> Evidence:
     "theory.theorem1",
     place="Theorem 1",
     ours=True,
-    uses=PRINTED_GAINS,
     says=[at_most_a_millionth(of_gains("excess of Theorem 1", equation)) for equation in GAIN_SETS],
 )
 def theorem1_is_exact(results: Results) -> Evidence:
@@ -292,7 +278,6 @@ def theorem1_is_exact(results: Results) -> Evidence:
     statement=f"For each of {OF_SEC_4}, Theorem 2 gives, to one part in a million, the least level that any gains "
     "achieve.",
     ours=True,
-    uses=DESIGNS,
     says=[
         at_most_a_millionth(term("excess of Theorem 2", "stable", OBSERVERS, **inputs)) for inputs in DESIGNS.values()
     ],
@@ -315,7 +300,6 @@ def theorem2_is_exact(results: Results) -> Evidence:
     place="Eq. (31)",
     statement=f"For each of {OF_SEC_4}, the gains P⁻¹Y of eq. (31) achieve the level of Theorem 2, to one part in a "
     "million.",
-    uses=DESIGNS,
     says=[
         at_most_a_millionth(term("excess over gains of Theorem 2", "stable", **inputs)) for inputs in DESIGNS.values()
     ],
@@ -333,7 +317,6 @@ def gains_attain_level(results: Results) -> Evidence:
 @THEOREMS.feasible(
     "theory.stable",
     place="Theorems 1 and 2, eqs. (33), (38)-(40)",
-    uses=PRINTED_GAINS,
     says=[of_gains("stable error system", equation) for equation in GAIN_SETS],
 )
 def stabilised(results: Results) -> Evidence:

@@ -87,7 +87,6 @@ for _name, _kind, _printed, _place, _statement, _told in (
         _printed,
         place=_place,
         statement=_statement,
-        uses=(PRINTED, RECOVERED),
         pinned="undetermined",
         reading=NO_READING,
     )(partial(lacking, _told))
@@ -96,7 +95,6 @@ for _name, _kind, _printed, _place, _statement, _told in (
 @UNSTABLE.feasible(
     "unstable.stabilised",
     place="Sec. IV-C, before eq. (41) and after eq. (42)",
-    uses=(PRINTED, RECOVERED, ALL_DIAGONALS, ANY_ENTRIES),
     erratum=DIAGONAL,
     pinned="undetermined",
     reading=FREE_A,
@@ -151,7 +149,6 @@ def _rounds_to(spectrum: list[list[float]], stated: list[list[float]], half_unit
 @UNSTABLE.feasible(
     "unstable.one-plant",
     place="Sec. IV-C",
-    uses=RECOVERED,
     ours=True,
     says=[
         Predicate(of=recovered("poles", "diagonal"), relation="is", to=str(DATA["poles"]), reading=RECOVERED_A),
@@ -197,7 +194,6 @@ def one_plant(results: Results) -> Evidence:
 @UNSTABLE.feasible(
     "unstable.designable",
     place="Sec. IV-C, last sentence",
-    uses=STATED_DESIGNS,
     erratum=DIAGONAL,
     pinned="compatible",
     reading=FREE_A,

@@ -43,7 +43,6 @@ def exponent(points: list[tuple[float, float]]) -> float:
     "ex4.unstable",
     place="Sec. X, Example 4",
     pinned="undetermined",
-    uses="roots",
     reading="jordan-one",
     says=term("Example 4 unstable"),
 )
@@ -124,14 +123,12 @@ for _n, _k, _seconds in published():
         f"table1.n{_n}k{_k}",
         _seconds,
         statement=f"CPU seconds of Example 4, n = {_n} states and K = {_k} delays.",
-        uses=("measured", "timed", *([_run] if _run else [])),
     )(partial(cell, _n, _k, _run))
 
 
 @EXAMPLE_4.order(
     "table1.function-of-product",
     place="Sec. X, Example 4",
-    uses=("sizes", "measured", "timed"),
     reading=next(iter(SAME)),
     pinned="undetermined",
 )
@@ -183,7 +180,6 @@ WANTED = {(n, k) for n, k, _ in published() if n * k < DATA["largest-product"]}
     f"cells of Table I, n·K at most {max(n * k for n, k in WANTED)}, at degree 1 and by our program.",
     pinned="compatible",
     erratum=SIGNS,
-    uses=("measured", "printed-signs"),
     reading="desktop",
 )
 def desktop(results: Results) -> Evidence:

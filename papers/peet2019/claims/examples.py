@@ -64,7 +64,6 @@ def _unstable(example: str) -> None:
         f"ex{example}.unstable",
         place=f"Sec. X, Example {example}",
         statement=f"The plant of Example {example} is unstable.",
-        uses=f"reference.ex{example}",
         reading=NO_READING,
         says=term("unstable", f"ex{example}"),
     )(partial(unstable, example))
@@ -76,8 +75,6 @@ def by_theorem_3(example: str, degree: int, to: str) -> dict[str, Any]:
     return {
         "pinned": "undetermined" if off and degree == 1 else "compatible" if off else CORRECTED,
         "erratum": SIGNS,
-        "uses": (f"sos.ex{example}.d{degree}", f"reference.ex{example}", "rules", "printed-signs")
-        + (("readings",) if off and degree == 1 else ()),
         "says": [Predicate(of=level, relation="is", to=to, reading=rule) for rule in RULES],
     }
 
@@ -93,8 +90,7 @@ def _level(name: str, printed: str, example: str, degree: int, statement: str) -
 
 def _table(example: str) -> None:
     """The table below an example: γ and seconds by degree and by Padé, and what it shows."""
-    name, reference = f"ex{example}", f"reference.ex{example}"
-    gamma, seconds = DATA[f"gamma-{example}"], DATA[f"seconds-{example}"]
+    name, gamma, seconds = f"ex{example}", DATA[f"gamma-{example}"], DATA[f"seconds-{example}"]
     for degree in DEGREES:
         words = f"least gain of Theorem 3 with polynomials of degree {degree}"
         _level(f"gamma-d{degree}", gamma[f"d{degree}"], example, degree, words)
@@ -102,7 +98,6 @@ def _table(example: str) -> None:
         f"{name}.gamma-pade",
         gamma["pade"],
         statement=f"Example {example}: least gain by LMI (3) on a tenth-order Padé approximation.",
-        uses=reference,
         reading="pade-square",
         says=term("least level of LMI (3)", name, order=DATA["pade-order"]),
     )(partial(by_pade, example))
@@ -113,7 +108,6 @@ def _table(example: str) -> None:
             f"{name}.cpu-{column}",
             seconds[column],
             statement=f"Example {example}: CPU seconds, {by}.",
-            uses="timed",
             reading=NO_READING,
         )(partial(cpu_seconds, f"{name}.{column}"))
     EXAMPLES_1_TO_3.order(
@@ -130,7 +124,6 @@ def _table(example: str) -> None:
     DATA["small-gain"],
     pinned="compatible",
     erratum=SIGNS,
-    uses=(*(f"small.ex{name}" for name in EXAMPLES), "printed-signs"),
     reading="own-b",
     says=[
         Predicate(
@@ -182,7 +175,6 @@ EXAMPLES_1_TO_3.cited(
 @EXAMPLES_1_TO_3.order(
     "ex1.no-lower-bound",
     place="Sec. X, Example 1",
-    uses="reference.ex1",
     reading=NO_READING,
     says=Predicate(
         of=term("least level of Theorem 3", "ex1", degree=3), relation="more than", to=str(NO_LESS), reading=HOUSE
@@ -231,7 +223,6 @@ _table("3")
     pinned="compatible",
     erratum=SIGNS,
     reading="our-observer",
-    uses=("fig1", f"sos.ex2.d{FIGURE_DEGREE}", "printed-signs"),
     says=Predicate(
         of=term("gain of the error", "ex2", "observers by Theorem 3"),
         relation="less than",
@@ -257,7 +248,7 @@ def below_level(results: Results) -> Evidence:
     )
 
 
-@FIG_1.claim(Kind.CITED, "fig1.gain", DATA["sinc-gain"], uses="fig1")
+@FIG_1.claim(Kind.CITED, "fig1.gain", DATA["sinc-gain"])
 def sinc_gain(results: Results) -> Evidence:
     """L₂ gain of the simulated error for a sinc disturbance."""
     simulation = results["fig1"]

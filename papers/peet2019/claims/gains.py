@@ -227,7 +227,6 @@ def lumped_errors(what: str, results: Results) -> dict[str, float]:
 @IMPLEMENTATION.order(
     "observer.lumped-states",
     place="Sec. IX-B",
-    uses=(*LUMPED, "reference.ex2", "reference.ex3", "fig1"),
     reading="lumps-observer-alone",
     pinned="undetermined",
 )
@@ -319,7 +318,6 @@ for _name, _what, _factor, _degree in (
         f"{_factor} times the least gain.",
         pinned="compatible",
         erratum=SIGNS,
-        uses=(f"loop.{_name}", "printed-signs"),
         reading="our-observer",
         says=Predicate(of=over_the_least(_name, _degree), relation="at most", to=str(_factor)),
     )(partial(closed_loop, _name))

@@ -61,7 +61,7 @@ THEOREM_4 = Part(
 )
 
 
-@INTRODUCTION.order("theory.lmi-3", place="Sec. I, eq. (3)", uses="lmi-3", says=term("bound (7)", by="LMI (3)"))
+@INTRODUCTION.order("theory.lmi-3", place="Sec. I, eq. (3)", says=term("bound (7)", by="LMI (3)"))
 def lmi_3(results: Results) -> Evidence:
     """Where LMI (3) holds for P > 0 and Z, the observer with L₁ = P⁻¹Z has a gain of at most γ."""
     record = results["lmi-3"]
@@ -94,7 +94,6 @@ def loops_that_meet(results: Results) -> tuple[int, float]:
     "theory.theorem-1",
     place="Theorem 1",
     pinned=CORRECTED,
-    uses=("lmi-3", "self-adjoint", *LOOPS),
     erratum="theorem-1-self-adjoint",
     says=Predicate(of=term("bound (7)", along=ALONG)),
 )
@@ -142,7 +141,6 @@ def without_symmetry(results: Results) -> Evidence:
     "theory.vanishing-error",
     place="Sec. III, after Theorem 1",
     pinned=CORRECTED,
-    uses=("self-adjoint", *LOOPS),
     erratum="theorem-1-self-adjoint",
     says=Predicate(of=term("error vanishes with w", along=ALONG)),
 )
@@ -217,7 +215,6 @@ OF_OUR_COPY = ("theorem-3-row", "eq-10-factor", "theorem-3-names")
     "theory.identity",
     place="Eq. (10), Theorem 3 and its proof in Sec. VI",
     pinned=CORRECTED,
-    uses="identities",
     erratum=SIGNS,
     says=term("dissipation identity"),
 )
@@ -241,7 +238,6 @@ def identity(results: Results) -> Evidence:
     "theory.theorem-3-feasible",
     place="Theorem 3",
     pinned=CORRECTED,
-    uses=("printed-signs", "loop.ex2"),
     erratum=SIGNS,
     reading=HOUSE,
     says=term("Theorem 3 met", "ex2"),
@@ -264,7 +260,6 @@ def feasible(results: Results) -> Evidence:
     "theory.theorem-3",
     place="Theorem 3",
     pinned=CORRECTED,
-    uses=(*LOOPS, "identities", "printed-signs"),
     erratum=SIGNS,
     reading=HOUSE,
     says=[
@@ -295,7 +290,7 @@ def theorem_3(results: Results) -> Evidence:
     )
 
 
-@INTRODUCTION.feasible("theory.no-gains", place="Sec. I, below eq. (2)", uses="no-gains", consequence="remark")
+@INTRODUCTION.feasible("theory.no-gains", place="Sec. I, below eq. (2)", consequence="remark")
 def without_gains(results: Results) -> Evidence:
     """With all gains removed the observer (2) is the system (1) without w."""
     record = results["no-gains"]
@@ -327,7 +322,6 @@ for _place, _statement in {
         f"theory.{_part}",
         place=_place,
         statement=_statement,
-        uses="inversion",
         erratum=SLIPS[_part.replace("-", "_")][0],
         says=term("operator identity", part=_part),
     )(partial(inverse, _part.replace("-", "_")))
@@ -336,7 +330,6 @@ for _place, _statement in {
 @THEOREM_4.order(
     "theory.present-only",
     place="Sec. VIII, after Lemma 5",
-    uses="inversion",
     says=term("correction of the present state only"),
 )
 def present_only(results: Results) -> Evidence:

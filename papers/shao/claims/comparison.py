@@ -20,7 +20,7 @@ RADIUS = "monodromy radius over one slow period, which depends neither on the re
 POLYNOMIAL = "simulated responses obey the characteristic polynomial of the monodromy matrix, in the tests"
 
 
-@STABILITY.feasible("stability.src", place="Sec. V", uses="table", says=UNSTABLE_SRC)
+@STABILITY.feasible("stability.src", place="Sec. V", says=UNSTABLE_SRC)
 def unstable_single_rate(results: Results) -> Evidence:
     """The loop under SRC is unstable."""
     table = results["table"]
@@ -39,7 +39,6 @@ def unstable_single_rate(results: Results) -> Evidence:
 @STABILITY.feasible(
     "stability.pmi",
     place="Sec. V, Figs. 2 and 3",
-    uses="table",
     reading=LITERAL,
     says=[replace(stable(observer), reading=reading) for reading, observer in INTERPOLATIONS.items()],
 )
@@ -56,7 +55,7 @@ def stable_interpolation(results: Results) -> Evidence:
     )
 
 
-@STABILITY.feasible("stability.apo", place="Sec. V, Figs. 2 and 3", uses="table", says=stable(APO))
+@STABILITY.feasible("stability.apo", place="Sec. V, Figs. 2 and 3", says=stable(APO))
 def stable_predictive(results: Results) -> Evidence:
     """The loop under DRC-APO is stable."""
     radius = results["table"]["radius"][APO]
@@ -83,7 +82,6 @@ for figure, sigma in printed.DATA["frequency"].items():
         place=f"Fig. {figure} and Sec. V",
         pinned="undetermined",
         statement=f"At σ = {sigma} rad/s DRC-APO estimates the position better than DRC-PMI.",
-        uses="table",
         reading=next(iter(ESTIMATES)),
         says=[
             Predicate(
@@ -98,7 +96,6 @@ for figure, sigma in printed.DATA["frequency"].items():
 @RESPONSES.order(
     "order.transient",
     place="Sec. V",
-    uses=("transients", "orderings"),
     reading=SLOWEST,
     pinned="undetermined",
     says=Predicate(of=radius_of(APO), relation="less than", to=radius_of(PMI)),
@@ -167,7 +164,6 @@ ALIKE = 0.05
 @INTRODUCTION.order(
     "theory.fast-sensor",
     place="Sec. I",
-    uses=("table", "theorem", "frequencies", "transients"),
     reading=NO_READING,
     pinned="undetermined",
     says=Predicate(of=radius_of(APO), relation="at most", to=radius_of(FAST), reading=SLOWEST),
@@ -215,7 +211,6 @@ def like_a_fast_sensor(results: Results) -> Evidence:
 @INTRODUCTION.order(
     "order.bandwidth",
     place="Abstract and Sec. V",
-    uses=("frequencies", "table"),
     reading=LITERAL,
     pinned="undetermined",
 )
@@ -243,7 +238,7 @@ def higher_bandwidth(results: Results) -> Evidence:
     )
 
 
-@INTRODUCTION.claim(Kind.CITED, "theory.condition", place="Sec. I", uses="theorem", reading=NO_READING)
+@INTRODUCTION.claim(Kind.CITED, "theory.condition", place="Sec. I", reading=NO_READING)
 def mild_conditions(results: Results) -> Evidence:
     """Under some mild conditions the state can converge to a bounded region."""
     motor = results["theorem"]["motor"]

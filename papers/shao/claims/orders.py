@@ -21,7 +21,6 @@ CONCLUDED = Part("Order of the printed numbers of Table I", reading=LITERAL)
 @CONCLUDED.order(
     "order.apo-below-pmi",
     place="Table I",
-    uses=("table", "orderings"),
     pinned="undetermined",
     says=[
         Predicate(
@@ -113,7 +112,6 @@ for column in printed.COLUMNS:
         f"order.growth-{column}",
         place="Table I",
         statement=f"The error of DRC-{column.upper()} increases from each frequency of Table I to the next.",
-        uses=("table", "orderings"),
         ours=True,
         says=in_order(column),
     )(partial(growing, column))

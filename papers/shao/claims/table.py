@@ -65,9 +65,7 @@ PRINTED = "[{}]".format("; ".join(f"{row['DRC-PMI']} {row['DRC-APO']}" for row i
 WHERE = {Points.BETWEEN: "at all times", Points.FAST: "at fast instants", Points.SLOW: "at slow instants"}
 
 
-@WHOLE.matrix(
-    "table.any-reading", PRINTED, place="Table I", uses=SEARCH, reading="searched", pinned="differs", ours=True
-)
+@WHOLE.matrix("table.any-reading", PRINTED, place="Table I", reading="searched", pinned="differs", ours=True)
 def any_reading(results: Results) -> Evidence:
     """One simulation setting gives both columns of numbers of Table I, DRC-PMI and DRC-APO, percent."""
     search = merged(results[name] for name in SEARCH)
@@ -93,9 +91,7 @@ def any_reading(results: Results) -> Evidence:
     )
 
 
-@WHOLE.matrix(
-    "table.any-window", PRINTED, place="Table I", uses="windows", reading="window", pinned="differs", ours=True
-)
+@WHOLE.matrix("table.any-window", PRINTED, place="Table I", reading="window", pinned="differs", ours=True)
 def any_window(results: Results) -> Evidence:
     """Each number of Table I, DRC-PMI and DRC-APO, percent, is the largest error over some whole slow periods."""
     windows = results["windows"]
@@ -217,7 +213,6 @@ for number, (reference, row) in enumerate(printed.DATA["table-1"].items(), 1):
         f"table.src-{number}",
         place=row["SRC"].place,
         statement=f"With the reference {reference}, SRC diverges (a dash in the table).",
-        uses=("table", "transients"),
         says=UNSTABLE_SRC,
     )(partial(unbounded, number - 1))
     for column in COLUMNS:
@@ -225,7 +220,6 @@ for number, (reference, row) in enumerate(printed.DATA["table-1"].items(), 1):
             f"table.{column}-{number}",
             row[f"DRC-{column.upper()}"],
             statement=f"Largest tracking error of DRC-{column.upper()} over the amplitude of the reference, percent.",
-            uses=("table", "windows"),
             pinned="differs" if column == "apo" and number in BELOW_STEADY else "undetermined",
             says=[
                 Predicate(

@@ -176,7 +176,6 @@ def of_motor(gap: str, method: str, results: Results) -> Evidence:
     "motor.torque-constant",
     DATA["torque_constant"],
     ours=True,
-    uses="motor",
     reading="surface-magnets",
     pinned="compatible",
     says=term("torque constant", "parameters"),
@@ -193,7 +192,6 @@ def torque_constant(results: Results) -> Evidence:
 @MOTOR.value(
     "motor.slow-period",
     DATA["slow_period"],
-    uses="motor",
     tolerance="0.000001",
     tolerance_reason="T, M and T_s are settings in exact decimals and no rounded results: T_s must be M T to rounding.",
     says=term("slow period", "motor"),
@@ -212,12 +210,12 @@ CLAIMS: Sequence[tuple[Part, str, str, str, Callable[[Results], Evidence], Mappi
             "responses of the printed example by (7) and by (3) integrated between the instants, with transients",
             max(results["table"]["agreement"][APO]),
         ),
-        {"uses": "table", "says": term("equivalent observers")},
+        {"says": term("equivalent observers")},
     ),
     (
         THEOREM, "theory.error-equations", "eqs. (9) and (10)", "(9) can be written as (10).",
         partial(of_motor, "equation_gap", "(9) minus (10) at random states, relative"),
-        {"uses": "motor", "says": term("equations (9) and (10)")},
+        {"says": term("equations (9) and (10)")},
     ),
     (
         THEOREM, "theory.second-case", "Sec. IV, Case 2",
@@ -226,38 +224,38 @@ CLAIMS: Sequence[tuple[Part, str, str, str, Callable[[Results], Evidence], Mappi
             of_motor, "case_gap",
             "(9) with ȳ(t_k) = y(t_k) minus (10) without its last term at random states, relative",
         ),
-        {"uses": "motor", "says": term("Case 2")},
+        {"says": term("Case 2")},
     ),
     (
         THEOREM, "theory.lyapunov", "Sec. IV, above eq. (11)",
         "The Lyapunov equation with the printed data has a positive definite solution.",
-        lyapunov_matrix, {"uses": "theorem", "says": term("Lyapunov equation", "motor")},
+        lyapunov_matrix, {"says": term("Lyapunov equation", "motor")},
     ),
     (
         THEOREM, "theory.output-bounds", "eqs. (12) and (13)",
         "Over a fast period the rate and the change of the output stay within (12) and (13).",
-        partial(step_bounds, ("12", "13")), {"uses": "bounds", "says": term("bounds (12) and (13)")},
+        partial(step_bounds, ("12", "13")), {"says": term("bounds (12) and (13)")},
     ),
     (
         THEOREM, "theory.estimate-bound", "eq. (14)",
         "The feedback changes over a fast period by no more than the bound (14).", estimate_bound,
-        {"uses": "bounds", "erratum": "prediction-error-term", "pinned": AFTER, "says": term("bound (14)")},
+        {"erratum": "prediction-error-term", "pinned": AFTER, "says": term("bound (14)")},
     ),
     (
         THEOREM, "theory.prediction-rate", "Sec. IV, above eq. (15)",
         "The rate of the virtual output (6) is C A ζ + C B u.", prediction_rate,
-        {"uses": "theorem", "pinned": "refuted"},
+        {"pinned": "refuted"},
     ),
     (
         THEOREM, "theory.prediction-bound", "eq. (15)",
         "The error of the virtual measurement is at most α₃ T times the root of the largest V.", prediction_bound,
-        {"uses": "theorem", "reading": "elapsed-period", "pinned": "refuted", "says": term("bound (15)")},
+        {"reading": "elapsed-period", "pinned": "refuted", "says": term("bound (15)")},
     ),
     (
         THEOREM, "theory.collected-constant", "eqs. (16) and (17)",
         "The constant α₄ of (17) collects the terms of (16).",
         partial(step_bounds, ("17",), method="terms of (16) over their bound by α₄, the largest of random loops"),
-        {"uses": "bounds", "says": term("constant (17)")},
+        {"says": term("constant (17)")},
     ),
     (
         THEOREM, "theory.contraction", "eq. (22)", "The factor φ is below one whenever (18) holds.",
@@ -265,35 +263,32 @@ CLAIMS: Sequence[tuple[Part, str, str, str, Callable[[Results], Evidence], Mappi
             "1 − φ minus (1 − E)(1 − c) on a grid, with E = e^{−T/(2 λ_max)} < 1 and c the left side of (18)",
             results["theorem"]["factor_gap"],
         ),
-        {"uses": "theorem", "says": term("contraction (22)")},
+        {"says": term("contraction (22)")},
     ),
     (
         THEOREM, "theory.stability", "Sec. IV, after eq. (22)",
         "If A + B K and A − L C are Hurwitz and (18) holds, the control law stabilises the plant globally.",
         stability_result,
-        {
-            "uses": ("theorem", "longer"), "pinned": "refuted", "says": term("stability result"),
-            "consequence": "theorem",
-        },
+        {"pinned": "refuted", "says": term("stability result"), "consequence": "theorem"},
     ),
     (
         MOTOR, "motor.coordinates", "eq. (23) and the matrices below it",
         "The motor equations are those of A, B and C in position, speed and acceleration.",
         partial(of_motor, "transfer_gap", "θ/u_q from (23) and from A, B, C at random points of the complex plane"),
-        {"uses": "motor", "says": term("coordinates of the motor", "parameters")},
+        {"says": term("coordinates of the motor", "parameters")},
     ),
     *(
         (
             MOTOR, f"motor.hurwitz-{which}", "Sec. V, gains, and Sec. IV, below eq. (10)",
             f"{matrix} is Hurwitz for the printed gains, as Sec. IV supposes.", partial(hurwitz, which),
-            {"uses": "motor", "says": term("Hurwitz", "motor", matrix=which)},
+            {"says": term("Hurwitz", "motor", matrix=which)},
         )
         for which, matrix in (("feedback", "A + B K"), ("observer", "A − L C"))
     ),
     (
         MOTOR, "motor.feedforward", "Sec. V, ȳ_d", "The feedforward inverts the motor.", inverse_feedforward,
         {
-            "ours": True, "uses": "motor", "reading": "inverse-feedforward", "erratum": "feedforward-orders",
+            "ours": True, "reading": "inverse-feedforward", "erratum": "feedforward-orders",
             "pinned": "compatible", "says": term("feedforward inverts the motor", "motor", orders=[3, 1, 2]),
         },
     ),

@@ -193,7 +193,8 @@ def stated(papers: Sequence[Paper]) -> dict[Name, dict[str, Any]]:
     for paper in papers:
         key = {"paper": paper.key}
         fields["paper", paper.key] = shared(PaperRecord, paper)
-        fields |= {("claim", claim.id): shared(StatedClaim, claim) for claim in paper.claims}
+        stands = [name for name in StatedClaim.__struct_fields__ if name != "uses"]
+        fields |= {("claim", claim.id): {name: getattr(claim, name) for name in stands} for claim in paper.claims}
         fields |= {("erratum", erratum.id): shared(ErratumRecord, erratum) | key for erratum in paper.errata}
         fields |= {("figure", figure.name): shared(FigureRecord, figure) | key for figure in paper.figures}
         fields |= {("experiment", experiment.name): _experiment(experiment) | key for experiment in paper.experiments}

@@ -201,7 +201,7 @@ def notes(
     """
     bare = [claim for claim in results.claims if not (claim.claim.uses or claim.judgement.proved)]
     stated = [claim for claim in bare if claim.evidence.value is None and claim.evidence.holds is not None]
-    pairs = [(claim, experiment) for paper in papers for claim in paper.claims for experiment in paper.experiments]
+    experiments = {experiment.name: experiment for paper in papers for experiment in paper.experiments}
     judged = [claim for claim in results.claims if claim.verdict not in (Verdict.UNDETERMINED, Verdict.ERROR)]
     untraced = [record for record in results.experiments if record.untraced]
     loose = [(f"{', '.join(record.untraced)} ({record.name})", bool(record.line)) for record in untraced]
@@ -216,7 +216,7 @@ def notes(
             erratum.id for erratum in results.errata if not (erratum.holds or erratum.error)
         ],
         "the print is an input of what the number rests on, so look whether it only comes back: ": [
-            claim.id for claim, experiment in pairs if experiment.name in claim.uses and experiment.is_given(claim)
+            claim.id for claim in results.claims for name in claim.claim.uses if experiments[name].is_given(claim.claim)
         ],
         "neither a check by a second method nor a proof: ": [
             claim.id for claim in judged if not (claim.evidence.cross_check or claim.judgement.proved)

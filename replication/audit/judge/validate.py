@@ -69,10 +69,8 @@ def _references(paper: Paper, at: At) -> Iterator[str]:
         known.setdefault(what.partition(" ")[0], set()).add(name)
     named: list[tuple[str, str, Iterable[str]]] = []
     for claim in paper.claims:
-        named += [(f"claim {claim.id!r}", "uses experiment", claim.uses)]
         named += [(f"claim {claim.id!r}", "names erratum", [] if claim.erratum is None else [claim.erratum])]
         named += [(f"claim {claim.id!r}", "names reading", [claim.reading] if claim.reading else [])]
-    named += [(f"erratum {erratum.id!r}", "uses experiment", erratum.uses) for erratum in paper.errata]
     named += [(f"figure {figure.name!r}", "uses experiment", figure.uses) for figure in paper.figures]
     for table in paper.tables:
         named += [(f"table {table.place!r} of {paper.key}", "shows claim", table.claims)]
@@ -267,7 +265,7 @@ def _paper(paper: Paper, sources: SourceTree) -> Iterator[str]:
 def _fields(what: str, record: type[msgspec.Struct], declared: Any, where: str) -> Iterator[str]:
     hints = _hints(record)
     for name, value in shared(record, declared).items():
-        if name != "uses" and (wrong := _wrong(value, hints[name])):
+        if wrong := _wrong(value, hints[name]):
             yield f"{what}: {name} is {value!r:.80}; {wrong} [{where}]"
     uses = getattr(declared, "uses", ())
     if not isinstance(uses, tuple | list) or not all(isinstance(name, str) for name in uses):

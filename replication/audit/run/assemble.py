@@ -6,6 +6,8 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+import msgspec
+
 from replication.audit.data import watched
 from replication.audit.judge.agreement import stands_there
 from replication.audit.judge.numerals import require_short
@@ -39,23 +41,29 @@ from replication.errors import AuditError, meant
 T = TypeVar("T")
 
 
-class Available(dict[str, Any]):
+class Available(Mapping[str, Any]):
     """Results by experiment name, a copy of each; one that is missing says why. read: the names asked for."""
 
-    def __init__(self, results: Mapping[str, Any], missing: Mapping[str, str]) -> None:
-        super().__init__(results)
-        self._missing = missing
-        self.read: set[str] = set()
+    def __init__(self, held: Mapping[str, Any], missing: Mapping[str, str]) -> None:
+        self.held, self._missing, self.read = dict(held), missing, set[str]()
 
     def __getitem__(self, name: str) -> Any:
-        if name in self and name not in self.read:
-            self[name] = copied(super().__getitem__(name))
+        again = name in self.read
         self.read.add(name)
-        return super().__getitem__(name)
+        if name not in self.held:
+            message = f"there is no experiment {name}; {meant(name, [*self, *self._missing])}"
+            raise AuditError(self._missing.get(name, message))
+        self.held[name] = self.held[name] if again else copied(self.held[name])
+        return self.held[name]
 
-    def __missing__(self, name: str) -> Any:
-        message = f"experiment {name} is not among those it says it uses; {meant(name, [*self, *self._missing])}"
-        raise AuditError(self._missing.get(name, message))
+    def __contains__(self, name: object) -> bool:
+        return name in self.held
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.held)
+
+    def __len__(self) -> int:
+        return len(self.held)
 
 
 @dataclass(frozen=True)
@@ -66,22 +74,25 @@ class _Run:
     unproved: Mapping[str, str]
     read: set[str]
 
-    def results(self, names: Sequence[str]) -> Available:
-        chosen = {name: self.computed[name] for name in names}
+    def results(self, paper: Paper) -> Available:
+        chosen = [(paper.short(one.name), self.computed[one.name]) for one in paper.experiments]
         return Available(
-            {name: step.entry.result for name, step in chosen.items() if step.entry is not None},
-            {name: f"experiment {name} failed: {step.error}" for name, step in chosen.items() if step.entry is None},
+            {name: step.entry.result for name, step in chosen if step.entry is not None},
+            {name: f"experiment {step.name} failed: {step.error}" for name, step in chosen if step.entry is None},
         )
 
-    def attempt(self, uses: Sequence[str], function: Callable[[Any], T], place: str = "") -> tuple[T | None, str]:
-        """The value of a paper's function of these results, or None and the error."""
-        results = self.results(uses)
+    def attempt(
+        self, paper: Paper, function: Callable[[Any], T], place: str = ""
+    ) -> tuple[T | None, str, Sequence[Experiment]]:
+        """The value of a function of the results of its paper, or None and the error; and whose results it read."""
+        results, value, error = self.results(paper), None, ""
         try:
-            return function(results), ""
+            value = function(results)
         except Exception as failure:  # noqa: BLE001 - a paper's function may fail in any way; the rest stands
-            return None, describe(failure, self.sources, place) + _of_results(failure, results)
-        finally:
-            self.read.update(results.read)
+            error = describe(failure, self.sources, place) + _of_results(failure, results)
+        used = [experiment for experiment in paper.experiments if paper.short(experiment.name) in results.read]
+        self.read.update(experiment.name for experiment in used)
+        return value, error, used
 
 
 def _of_results(failure: Exception, results: Available) -> str:
@@ -114,7 +125,7 @@ def assemble(
     experiments: list[ExperimentRecord] = []
     failures: list[str] = []
     for paper in papers:
-        proofs = {erratum.id: _prove(state, paper.key, erratum) for erratum in paper.errata}
+        proofs = {erratum.id: _prove(state, paper, erratum) for erratum in paper.errata}
         answered = [_claim(state, claim, paper, proofs) for claim in paper.claims]
         first = {record.id: record.judgement for record in answered}
         answered = [same_fact(record, first.get(record.claim.repeats)) for record in answered]
@@ -177,9 +188,9 @@ def _behind(paper: Paper, names: Collection[str]) -> Iterator[Experiment]:
             yield from _behind(paper, experiment.needs)
 
 
-def _prove(state: _Run, paper: str, erratum: Erratum) -> ErratumRecord:
-    proof, error = state.attempt(erratum.uses, lambda results: _checked(erratum.prove(results)))
-    return ErratumRecord.of(paper, erratum, proof, code=state.sources.location(erratum.prove), error=error)
+def _prove(state: _Run, paper: Paper, erratum: Erratum) -> ErratumRecord:
+    proof, error, _ = state.attempt(paper, lambda results: _checked(erratum.prove(results)))
+    return ErratumRecord.of(paper.key, erratum, proof, code=state.sources.location(erratum.prove), error=error)
 
 
 def _claim(
@@ -188,66 +199,50 @@ def _claim(
     paper: Paper,
     proofs: Mapping[str, ErratumRecord],
 ) -> ClaimRecord:
-    names = [need.name for need in paper.experiments if need.name in claim.uses and need.is_given(claim)]
-    evidence, error = _answer(state, claim, names)
+    evidence, error, used = _answer(state, claim, paper)
     certificates = [certificate for certificate in state.certificates if claim.id in certificate.claims]
     return make_record(
-        claim,
+        msgspec.structs.replace(claim, uses=tuple(experiment.name for experiment in used)),
         evidence,
         proofs[claim.erratum] if claim.erratum is not None else None,
         readings=paper.readings,
         code=state.sources.location(claim.answer),
-        seconds=sum((state.computed[name].seconds for name in claim.uses), 0.0),
+        seconds=sum((state.computed[experiment.name].seconds for experiment in used), 0.0),
         error=error,
         certificates=certificates,
-        untraced=_untraced(state, _behind(paper, claim.uses)),
+        untraced=_untraced(state, _behind(paper, [experiment.name for experiment in used])),
         unproved=no_theorem(claim, state.unproved, bool(certificates)),
     )
 
 
-def _answer(state: _Run, claim: Claim, names: Sequence[str]) -> tuple[Evidence | None, str]:
-    """What answers the claim. With its own print moved, it must not follow; names: experiments that have it."""
-    looked: set[str] = set()
-
-    def ask(results: Available) -> Evidence:
-        try:
-            return claim.answer(results)
-        finally:
-            looked.update(results.read)
-
+def _answer(state: _Run, claim: Claim, paper: Paper) -> tuple[Evidence | None, str, Sequence[Experiment]]:
+    """What answers the claim, by which experiments. It must not follow when its own print is moved."""
     with watched(claim.printed, claim.place) as watch:
-        evidence, error = state.attempt(claim.uses, ask, state.sources.location(claim.answer))
-    if claim.uses and not (looked or error or getattr(evidence, "not_checkable", "")):
-        return None, (
-            f"claim {claim.id} looks at none of the experiments that it uses, {', '.join(claim.uses)}; answer it from "
-            "their results, or take uses away"
-        )
-    if (
-        names
-        and evidence is not None
-        and evidence.value is not None
-        and stands_there(_flat(evidence.value), claim.printed)
-    ):
-        return None, (
-            f"claim {claim.id} answers itself: {names[0]} is given {claim.printed} and its value is exactly that; give "
+        evidence, error, used = state.attempt(paper, claim.answer, state.sources.location(claim.answer))
+    given = [experiment.name for experiment in used if experiment.is_given(claim)]
+    if given and evidence is not None and stands_there(_flat(evidence.value), claim.printed):
+        wrong = (
+            f"claim {claim.id} answers itself: {given[0]} is given {claim.printed} and its value is exactly that; give "
             "the experiment what the print follows from"
         )
+        return None, wrong, used
     if not watch.met or evidence is None or not is_print(claim.printed):
-        return evidence, error
+        return evidence, error, used
     moved = re.sub(
         r"\d(?=\D|$)(?!\.\d)", lambda digit: str(int(digit[0]) + (-1) ** (digit[0] == "9")), claim.printed, count=1
     )
     with watched(claim.printed, claim.place, moved):
-        again, _ = state.attempt(claim.uses, claim.answer)
+        again, _, _ = state.attempt(paper, claim.answer)
     half = float(parse(claim.printed).entries[0].unit) / 2
     pairs = [] if again is None else [(getattr(evidence, x), getattr(again, x)) for x in ("value", "lower", "upper")]
     if not any(abs(a - b) >= half for old, new in pairs for a, b in zip(_flat(old), _flat(new), strict=False)):
-        return evidence, ""
+        return evidence, "", used
     assert again is not None
-    return None, (
+    wrong = (
         f"claim {claim.id} answers itself: with {moved} printed in place of {claim.printed} its value is "
         f"{again.value}, not {evidence.value}; compute it from what its experiments give"
     )
+    return None, wrong, used
 
 
 def _flat(value: object) -> list[float]:
@@ -258,13 +253,12 @@ def _flat(value: object) -> list[float]:
 
 def _paper(state: _Run, paper: Paper) -> tuple[PaperRecord, dict[str, str]]:
     """The record of a paper, and by name of what could not be computed the error, empty if there is none."""
-    names = [experiment.name for experiment in paper.experiments]
-    findings, error = state.attempt(names, lambda results: _sentences(paper, results))
-    moves, unmoved = state.attempt(names, paper.sensitivity)
-    levels, unshared = state.attempt(names, paper.common)
+    findings, error, _ = state.attempt(paper, lambda results: _sentences(paper, results))
+    moves, unmoved, _ = state.attempt(paper, paper.sensitivity)
+    levels, unshared, _ = state.attempt(paper, paper.common)
     record = PaperRecord(
         findings=findings if findings is not None else (f"The findings could not be computed: {error}",),
-        sensitivity=moves or (),
+        sensitivity=tuple(msgspec.structs.replace(row, claim=f"{paper.key}.{row.claim}") for row in moves or ()),
         common=levels or (),
         **shared(PaperRecord, paper),
     )
@@ -287,5 +281,5 @@ def _sentences(paper: Paper, results: Available) -> tuple[str, ...]:
         raise AuditError(f"findings must be a tuple of sentences, got {findings!r}")
     stated = [text for claim in paper.claims for text in (claim.printed, claim.meant, claim.statement, claim.place)]
     stated += [text for erratum in paper.errata for text in (erratum.printed, erratum.meant)]
-    require_found("finding", paper.findings, dict(results), [*stated, *map(repr, paper.experiments), paper.title])
+    require_found("finding", paper.findings, results.held, [*stated, *map(repr, paper.experiments), paper.title])
     return tuple(map(require_short, findings))

@@ -150,7 +150,7 @@ def write_figure(
         missing = [name for name in figure.uses if name not in results]
         if missing:
             raise AuditError(f"no result of {', '.join(missing)}; see the error of that experiment")
-        data = _data(figure, results, targets[0])
+        data = _data(figure, {name.removeprefix(f"{paper}."): results[name] for name in figure.uses}, targets[0])
         # Whoever reads nothing else reads the title, so it is short.
         title = require_title(_said("title", figure.title, data, [figure.caption, figure.place]))
         table, drawing, alt = to_csv(data), _draw(figure, data), _described(figure, data)
@@ -173,7 +173,7 @@ def write_figure(
 
 def _data(figure: Figure, results: Mapping[str, Any], path: Path) -> FigureData:
     """What a figure draws, `path` being where its CSV lies; AuditError for anything else than columns of numbers."""
-    data = figure.data({name: copied(results[name]) for name in figure.uses})
+    data = figure.data({name: copied(result) for name, result in results.items()})
     if not isinstance(data, FigureData):
         raise AuditError(f"its function gave {data!r:.80}; give FigureData(columns={{name: numbers}})")
     to_csv(data)  # what cannot be written must not be compared either

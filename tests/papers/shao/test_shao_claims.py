@@ -10,8 +10,8 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
-from computed import result
-from faults import Fault, Results, full, verdict
+from computed import Computed, result
+from faults import Fault, verdict
 from scipy.integrate import simpson
 from scipy.signal import cont2discrete
 
@@ -29,7 +29,6 @@ from replication.estimation.dualrate.problem import make_plant
 from replication.estimation.dualrate.response import Points, time_response
 
 CLAIMS = {claim.id.removeprefix("shao."): claim for claim in PAPER.claims}
-BLOCKS = {f"shao.{name}" for name in SEARCH}
 
 
 @cache
@@ -39,16 +38,17 @@ def small_block() -> dict[str, Any]:
     return json.loads(json.dumps(asdict(search_block(small, table_columns(), 0))))
 
 
-def results_of(names: tuple[str, ...]) -> Results:
-    return {
-        name.removeprefix("shao."): copy.deepcopy(small_block()) if name in BLOCKS else result(name) for name in names
-    }
+class Small(Computed):
+    def __missing__(self, name: str) -> Any:
+        if name in SEARCH:
+            self[name] = copy.deepcopy(small_block())
+            return self[name]
+        return super().__missing__(name)
 
 
 def verdict_on(name: str, change: Fault | None = None, text: str | None = None) -> Verdict:
     claim = CLAIMS[name] if text is None else msgspec.structs.replace(CLAIMS[name], printed=text)
-    errata = [erratum for erratum in PAPER.errata if erratum.id == claim.erratum]
-    results = results_of((*claim.uses, *(use for erratum in errata for use in erratum.uses)))
+    results = Small(PAPER.key)
     if change is not None:
         change(results)
     return verdict(PAPER, claim, results)
@@ -56,7 +56,7 @@ def verdict_on(name: str, change: Fault | None = None, text: str | None = None) 
 
 def test_table_one_is_reproduced_if_the_nearest_reading_is_printed() -> None:
     claim = CLAIMS["table.any-reading"]
-    rows = claim.answer(full(PAPER, results_of(claim.uses))).value
+    rows = claim.answer(Small(PAPER.key)).value
     nearest = "[{}]".format("; ".join(" ".join(f"{value:.2f}" for value in row) for row in rows))
     assert verdict_on("table.any-reading") is Verdict.DIFFERS
     assert verdict_on("table.any-reading", text=nearest) is not Verdict.DIFFERS
@@ -96,7 +96,7 @@ def test_other_gains_and_periods_turn_the_motor_claims(monkeypatch: pytest.Monke
 
 def test_the_reading_of_a_claim_is_that_of_its_first_outcome() -> None:
     for claim in PAPER.claims:
-        outcomes = claim.answer(full(PAPER, results_of(claim.uses))).outcomes
+        outcomes = claim.answer(Small(PAPER.key)).outcomes
         assert not outcomes or claim.reading in (outcomes[0].reading, NO_READING), claim.id
 
 
@@ -104,7 +104,7 @@ def test_outcomes_that_hang_on_a_reading_are_listed_under_each() -> None:
     """Which observer, and from which start: the answer is not the same under all."""
 
     def outcomes(name: str) -> dict[str, bool | None]:
-        evidence = CLAIMS[name].answer(full(PAPER, results_of(CLAIMS[name].uses)))
+        evidence = CLAIMS[name].answer(Small(PAPER.key))
         return {outcome.reading: outcome.holds for outcome in evidence.outcomes}
 
     assert outcomes("order.transient") == {

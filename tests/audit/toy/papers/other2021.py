@@ -9,7 +9,7 @@ def half(value: float) -> float:
 
 
 def answer(results: Results) -> Evidence:
-    return Evidence(method="division", value=results["other2021.half"])
+    return Evidence(method="division", value=results["half"])
 
 
 PAPER = Paper(
@@ -31,7 +31,6 @@ PAPER = Paper(
             statement="Half of three.",
             expected=Verdict.REPRODUCED,
             answer=answer,
-            uses=("other2021.half",),
             printed="1.5",
         ),
     ),

@@ -20,5 +20,5 @@ PAPER = Paper(
     tables=(Table(place="Table 1", caption="Squares", header=("x", "x²"), rows=(("2", "claim:toy2020.square.two"),)),),
     formulas=(Formula(text="The square", latex="x^2"),),
     scope=(ScopeItem(part="All", claims=tuple(claim.id for claim in CLAIMS), figures=("toy2020-fig1",)),),
-    findings=lambda results: (f"Two squared is {results['toy2020.square']['squares'][1]}.",),
+    findings=lambda results: (f"Two squared is {results['square']['squares'][1]}.",),
 )

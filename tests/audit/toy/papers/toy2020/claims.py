@@ -7,19 +7,19 @@ from replication.audit.parts import Figure, FigureData
 
 
 def two_squared(results: Results) -> Evidence:
-    return Evidence(method="multiplication", value=results["toy2020.square"]["squares"][1])
+    return Evidence(method="multiplication", value=results["square"]["squares"][1])
 
 
 def patient(results: Results) -> Evidence:
-    return Evidence(method="waiting", holds=results["toy2020.wait-a"]["waited"] == "a", margin=1.0)
+    return Evidence(method="waiting", holds=results["wait-a"]["waited"] == "a", margin=1.0)
 
 
 def misprint(results: Results) -> Proof:
-    return Proof(holds=True, text="It must be a square.", quantities={"four": results["toy2020.square"]["squares"][1]})
+    return Proof(holds=True, text="It must be a square.", quantities={"four": results["square"]["squares"][1]})
 
 
 def points(results: Results) -> FigureData:
-    return FigureData(columns={"x": (1.0, 2.0), "square": tuple(results["toy2020.square"]["squares"][:2])})
+    return FigureData(columns={"x": (1.0, 2.0), "square": tuple(results["square"]["squares"][:2])})
 
 
 def draw(data: FigureData) -> Any:
@@ -39,7 +39,6 @@ CLAIMS = (
         statement="Two squared.",
         expected=Verdict.REPRODUCED,
         answer=two_squared,
-        uses=("toy2020.square",),
         printed="4.0",
     ),
     Claim(
@@ -50,7 +49,6 @@ CLAIMS = (
         statement="Two squared, misprinted.",
         expected=Verdict.DIFFERS,
         answer=two_squared,
-        uses=("toy2020.square",),
         printed="4.1",
     ),
     Claim(
@@ -61,7 +59,6 @@ CLAIMS = (
         statement="Waiting ends.",
         expected=Verdict.CONSISTENT,
         answer=patient,
-        uses=("toy2020.wait-a", "toy2020.wait-b"),
     ),
 )
 ERRATA = (
@@ -71,7 +68,6 @@ ERRATA = (
         printed="x",
         meant="x²",
         prove=misprint,
-        uses=("toy2020.square",),
     ),
 )
 FIGURES = (
