@@ -6,13 +6,12 @@ x'(t) = A_0 x(t) + sum_i A_i x(t - tau_i) + B w(t); z is to be estimated from y 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.api.plants import PlantReader, Signals, measured_outputs, numbered
+from replication.estimation.api.plants import Signals, numbered, parts_of, read_plant
 from replication.estimation.api.results import Evidence
 from replication.estimation.api.shown import Goal, Simulation, simulated
 from replication.estimation.delay.exact.loop import decided
@@ -33,31 +32,19 @@ MARGIN, ORDER = 0.05, 24
 """Relative distance from the optimum, whose gains have no bound; points of histories."""
 
 
-class DelayPlantReader(PlantReader[DelayPlant]):
-    """Plants whose outputs are measured, y, or estimated, z."""
+def _read(plant: Any, **split: Any) -> tuple[DelayPlant, Signals]:
+    """A plant whose outputs are measured, y, or estimated, z, and its names."""
 
-    kind, arrays = DelayPlant, "delay_system(...)"
-    refusal = "delayed, delays and measured belong to a control.StateSpace"
-
-    def signals_of(self, plant: DelayPlant) -> Signals:
-        """x[0], u[0], y[0], z[0] and so on."""
-        states, inputs = numbered("x", plant.states), numbered("u", plant.known_inputs)
-        return Signals(states, inputs, numbered("y", plant.measurements), numbered("z", plant.outputs))
-
-    def read(self, system: Any, **split: Any) -> tuple[DelayPlant, Signals]:
-        """The delay-free part, with the delayed terms and the outputs that are measured."""
-        if any(value is None for value in split.values()):
+    def read(system: Any, *, measured: Any, delayed: Any, delays: Any) -> tuple[DelayPlant, Signals]:
+        if measured is None or delayed is None or delays is None:
             raise InvalidInputError("a control.StateSpace needs delayed=[A_1, ..], delays=[tau_1, ..] and measured=..")
-        if not system.isctime(strict=True) or np.any(system.D):
-            raise InvalidInputError(
-                f"the plant must be continuous-time without feedthrough, got dt = {system.dt}, D = {system.D.tolist()}"
-            )
-        sensors, others, signals = measured_outputs(system, split["measured"])
-        plant = delay_system(system.A, split["delayed"], split["delays"], system.B, system.C[others], system.C[sensors])
-        return plant, replace(signals, disturbances=tuple(system.input_labels))
+        parts = parts_of(system, continuous=True, measured=measured)
+        if np.any(parts.D_d):
+            raise InvalidInputError(f"the plant must be without feedthrough, got D = {system.D.tolist()}")
+        return delay_system(parts.A, delayed, delays, parts.B_d, parts.W, parts.C), parts.signals
 
-
-read_plant = DelayPlantReader()
+    refusal = "delayed, delays and measured belong to a control.StateSpace"
+    return read_plant(plant, DelayPlant, read, split, arrays="delay_system(...)", refusal=refusal)
 
 
 @decided
@@ -135,7 +122,7 @@ def design(
     True
     """
     rule, goal = one_of(DegreeRule, rule), one_of(Goal, goal)
-    system, signals = read_plant(plant, delayed=delayed, delays=delays, measured=measured)
+    system, signals = _read(plant, delayed=delayed, delays=delays, measured=measured)
     if goal is not Goal.HINF:
         if system.noiseless:
             raise InvalidInputError(
@@ -199,7 +186,7 @@ def analyse(
     SolverError
         Rounding decides.
     """
-    system, _ = read_plant(plant, delayed=delayed, delays=delays, measured=measured)
+    system, _ = _read(plant, delayed=delayed, delays=delays, measured=measured)
     return DelayAnalysis(plant=system, evidence=left_alone(system))
 
 

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from replication.errors import InvalidInputError
+from replication.estimation.api.plants import Signals
 from replication.estimation.validation import Array, as_matrix, noise_factors, positive_scalar
 
 Matrices = tuple[Array, ...]
@@ -198,6 +199,11 @@ class DelayPlant:
     def known_inputs(self) -> int:
         """Number of known inputs m."""
         return int(self.b_u.shape[1])
+
+    @property
+    def signals(self) -> Signals:
+        """x[0], u[0], y[0], z[0] and so on."""
+        return Signals.numbered(self.states, self.known_inputs, self.measurements, self.outputs)
 
     @property
     def noiseless(self) -> bool:

@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.plants import LinearPlant, Signals, is_statespace, numbered, parts_of
+from replication.estimation.api.plants import LinearPlant, Signals, is_statespace, parts_of
 from replication.estimation.validation import (
     Array,
     ComplexArray,
@@ -140,8 +140,7 @@ def as_plant(system: control.StateSpace | Plant) -> Plant:
 def signals_of(plant: control.StateSpace | Plant, period: float) -> Signals:
     """Names of the signals of a plant that is sampled every `period` seconds; what is estimated are its states."""
     if isinstance(plant, Plant):
-        states, inputs = numbered("x", plant.order), numbered("u", plant.B_u.shape[1])
-        return Signals(states, inputs, numbered("y", len(plant.C)), states, period)
+        return Signals.numbered(plant.order, plant.B_u.shape[1], len(plant.C), dt=period)
     states = tuple(plant.state_labels)
     return Signals(states, tuple(plant.input_labels), tuple(plant.output_labels), states, period)
 

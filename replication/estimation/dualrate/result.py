@@ -13,10 +13,20 @@ from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.api.design import Design, Solution
 from replication.estimation.api.export import Phase, Recursion
 from replication.estimation.api.plants import each_instant
-from replication.estimation.dualrate.loop import DualRateLoop, lifted_system, noise_system
+from replication.estimation.api.results import Evidence
+from replication.estimation.dualrate.loop import (
+    Driven,
+    DualRateLoop,
+    close_loop,
+    driven,
+    lifted_system,
+    noise_gain,
+    noise_system,
+    stability_radius,
+)
 from replication.estimation.dualrate.observers import OBSERVERS, sampled_model
 from replication.estimation.dualrate.problem import Plant
-from replication.estimation.dualrate.steady import Steady
+from replication.estimation.dualrate.steady import Steady, steady_error
 from replication.estimation.linear.periodic import PeriodicSystem
 from replication.estimation.validation import Array, as_matrix
 
@@ -114,6 +124,27 @@ class DualRateResult(Design):
         K = -np.linalg.solve(R, inner.B_u.T @ cost)
         L = np.linalg.solve(V, C @ _riccati(A.T, C.T, W, V, "process_noise, sensor_noise")).T
         return Solution({"K": K if steady is None else steady.feedback(K), "L": L})
+
+    def facts(self, error: PeriodicSystem, solution: Solution) -> tuple[Evidence, ...]:
+        """Of the loop, with the error at rest under loads and set-points."""
+        problem, steady = self.loop.design, self.steady
+        gain = "discrete gain" if self.discrete_gain else "gain in the differential equation"
+        radius, noise = stability_radius(self.loop), noise_gain(self.loop)
+        return (
+            Evidence("monodromy radius", radius, "largest eigenvalue over one slow period; stable below 1"),
+            Evidence("noise to output", noise, "standard deviations, white noise, periodic Lyapunov equation"),
+            Evidence("observer", self.observer_name, gain),
+            Evidence("fast period T", problem.period, "as given", "s"),
+            Evidence("ratio M", problem.ratio, "as given"),
+            *(() if steady is None else (steady_error(steady, problem.model, self.driven()),)),
+        )
+
+    def driven(self) -> list[Driven]:
+        """The loop with its set-points and loads, instant by instant."""
+        problem = self.loop.design
+        steps = close_loop(problem, OBSERVERS[self.observer_name], discrete_gain=self.discrete_gain).steps
+        none = np.zeros((len(problem.feedback), 0))
+        return driven(steps, [self.gains.get("N", none)] * len(steps))
 
     def error_system(self) -> PeriodicSystem:
         """From the noise of the readings to the plant output."""

@@ -14,80 +14,64 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.api import plants
 from replication.estimation.api.design import Solution
-from replication.estimation.api.plants import ADDED, PlantReader, Signals, numbered, parts_of
-from replication.estimation.api.results import Evidence
+from replication.estimation.api.plants import ADDED, Signals, numbered, parts_of
 from replication.estimation.api.shown import Goal, Simulation
-from replication.estimation.linear.periodic import PeriodicSystem
 from replication.estimation.multirate.kalman import require_noise_near
 from replication.estimation.multirate.latency import ContinuousPlant, delivered, is_continuous, sampled_statespace
 from replication.estimation.multirate.optimum import (
     DESIGN_MARGIN,
     MISSED,
-    Optimum,
     least_error_offsets,
     optimum,
     search_timing,
 )
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
-from replication.estimation.multirate.result import KalmanResult, MultirateResult, facts
+from replication.estimation.multirate.result import KalmanResult, MultirateResult
 from replication.estimation.validation import Array, as_array, covariance, one_of, positive_scalar
 
 if TYPE_CHECKING:
     import control
 
 
-class MultirateReader(PlantReader[MultiratePlant]):
-    """Discrete-time plants with process and sensor noise."""
-
-    kind = MultiratePlant
-    arrays = "MultiratePlant"
-    advice = "; arrays make one: MultiratePlant(A=.., B_d=.., C=.., D=..)"
-    refusal = (
-        "noise, disturbances, weight, Q, R and S belong to a control.StateSpace; a MultiratePlant has D, B_d and W "
-        "(MultiratePlant.from_covariances takes Q, R and S)"
-    )
-
-    def signals_of(self, plant: MultiratePlant) -> Signals:
-        """x[0], u[0], y[0] and so on."""
-        states, inputs = numbered("x", plant.order), numbered("u", plant.B_u.shape[1])
-        return self._signals(plant, states, inputs, numbered("y", plant.sensors))
-
-    def read(self, system: Any, **arguments: Any) -> tuple[MultiratePlant, Signals]:
-        """With the noise of the sensors, and the inputs that are process noise."""
-        noise, R, disturbances = arguments["noise"], arguments["R"], arguments["disturbances"]
-        if (noise is None) == (R is None):
-            raise InvalidInputError(
-                "give the sensor noise: noise=D, or one number for each sensor; or R, its covariance, but not both"
-            )
-        if np.ndim(arguments["weight"]) == 1:
-            raise InvalidInputError(
-                f"weight must have a row for each weighted error and a column for each of the {system.nstates} states; "
-                f"write a row as [{arguments['weight']}]"
-            )
-        if np.ndim(noise) == 1 and any(isinstance(number, (int, float, np.integer)) and number < 0 for number in noise):
-            raise InvalidInputError(f"noise must be the size of each sensor's noise, not negative, got {noise}")
-        # A list of numbers stands for a diagonal matrix: each sensor with noise of its own.
-        D = np.diag(noise) if np.ndim(noise) == 1 else noise
-        plant = MultiratePlant.from_statespace(
-            system, D, disturbances=disturbances, W=arguments["weight"], Q=arguments["Q"], R=R, S=arguments["S"]
+def _read(
+    system: Any, *, noise: Any, disturbances: Any, weight: Any, Q: Any, R: Any, S: Any
+) -> tuple[MultiratePlant, Signals]:
+    """The plant in a `control.StateSpace`, with the noise of the sensors, and the inputs that are process noise."""
+    if (noise is None) == (R is None):
+        raise InvalidInputError(
+            "give the sensor noise: noise=D, or one number for each sensor; or R, its covariance, but not both"
         )
-        read = parts_of(system, continuous=False, disturbances=disturbances).signals
-        signals = self._signals(plant, read.states, read.inputs, read.measurements)
-        # A covariance mixes the inputs, whose names then say nothing of the noise that counts.
-        return plant, signals if arguments["Q"] is not None else replace(signals, disturbances=read.disturbances)
+    if np.ndim(weight) == 1:
+        raise InvalidInputError(
+            f"weight must have a row for each weighted error and a column for each of the {system.nstates} states; "
+            f"write a row as [{weight}]"
+        )
+    if np.ndim(noise) == 1 and any(isinstance(number, (int, float, np.integer)) and number < 0 for number in noise):
+        raise InvalidInputError(f"noise must be the size of each sensor's noise, not negative, got {noise}")
+    # A list of numbers stands for a diagonal matrix: each sensor with noise of its own.
+    D = np.diag(noise) if np.ndim(noise) == 1 else noise
+    plant = MultiratePlant.from_statespace(system, D, disturbances=disturbances, W=weight, Q=Q, R=R, S=S)
+    read = parts_of(system, continuous=False, disturbances=disturbances).signals
+    names = {"states": read.states, "inputs": read.inputs, "measurements": read.measurements, "outputs": None}
+    # A covariance mixes the inputs, whose names then say nothing of the noise that counts.
+    return plant, replace(plant.signals.named(names, None), disturbances=read.disturbances if Q is None else ())
 
-    def _signals(
-        self, plant: MultiratePlant, states: tuple[str, ...], inputs: tuple[str, ...], measurements: tuple[str, ...]
-    ) -> Signals:
-        present = plant.order - plant.under_way
-        whole = np.array_equal(plant.W, np.eye(present, plant.order))
-        outputs = states[:present] if whole else numbered("z", len(plant.W))
-        return Signals(states, inputs, measurements, outputs, plant.dt)
 
-
-read_plant = MultirateReader()
+def read_plant(plant: Any, **options: Any) -> tuple[MultiratePlant, Signals]:
+    """A discrete-time plant with process and sensor noise, and its names; raises InvalidInputError."""
+    return plants.read_plant(
+        plant,
+        MultiratePlant,
+        _read,
+        options,
+        arrays="MultiratePlant",
+        advice="; arrays make one: MultiratePlant(A=.., B_d=.., C=.., D=..)",
+        refusal="noise, disturbances, weight, Q, R and S belong to a control.StateSpace; a MultiratePlant has D, B_d "
+        "and W (MultiratePlant.from_covariances takes Q, R and S)",
+    )
 
 
 def design(
@@ -188,9 +172,8 @@ def design(
     try:
         best = optimum(problem)
         if goal is Goal.H2:
-            return _analysed(KalmanResult, problem, signals, best, KalmanResult.solve(problem), start=start)
-        solution = MultirateResult.solve(problem, best=best, goal=goal, level=target)
-        result = _analysed(MultirateResult, problem, signals, best, solution)
+            return KalmanResult.analysed(signals, KalmanResult.solve(problem, best=best), problem=problem, start=start)
+        result = MultirateResult.design(problem, signals, best=best, goal=goal, level=target)
     except (InfeasibleError, SolverError):  # unless more than the least was asked for: lost in rounding
         if target is None:
             require_noise_near(problem)
@@ -247,8 +230,8 @@ def analyse(
     """
     arguments = {"noise": noise, "disturbances": disturbances, "weight": weight, "Q": Q, "R": R, "S": S}
     problem, signals = _problem(plant, periods, offsets, Goal.HINF, latency, dt, **arguments)
-    solution = Solution({"L": problem.checked(gains)})
-    return _analysed(MultirateResult, problem, signals, optimum(problem), solution)
+    solution = Solution({"L": problem.checked(gains)}, own={"best": optimum(problem)})
+    return MultirateResult.analysed(signals, solution, problem=problem)
 
 
 def simulate(
@@ -287,22 +270,6 @@ def simulate(
     if late and start is not None:
         start = np.append(as_array("initial_error", start, (result.problem.plant.order - late,)), np.zeros(late))
     return result.simulate(steps, disturbance=disturbance, initial_error=start, rng=rng)
-
-
-def _analysed(
-    kind: type[MultirateResult],
-    problem: MultirateProblem,
-    signals: Signals,
-    best: Optimum,
-    solution: Solution,
-    **fields: Any,
-) -> MultirateResult:
-    """The gains of a solution, analysed beside the optimum."""
-
-    def known(result: MultirateResult, error: PeriodicSystem) -> tuple[Evidence, ...]:
-        return (*facts(result, error, best, alone=not solution.evidence), *solution.evidence)
-
-    return kind.analysed(signals, solution.gains, facts=known, problem=problem, **fields)
 
 
 def _problem(

@@ -8,14 +8,14 @@ The papers have no B_w and D_u: B_w makes the noise of plant and sensors correla
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.plants import NOT_GIVEN, LinearPlant, parts_of
+from replication.estimation.api.plants import NOT_GIVEN, LinearPlant, Signals, parts_of
 from replication.estimation.validation import Array, as_matrix, at_most, noise_factors, positive_scalar
 
 LARGEST_OF_A = 1e30
@@ -91,6 +91,14 @@ class MultiratePlant(LinearPlant):
     def sensors(self) -> int:
         """q, the number of sensors."""
         return len(self.C)
+
+    @property
+    def signals(self) -> Signals:
+        """x[0], u[0], y[0] and so on; what is estimated are the states, unless they are weighted."""
+        present = self.order - self.under_way
+        outputs = None if np.array_equal(self.W, np.eye(present, self.order)) else len(self.W)
+        plain = Signals.numbered(self.order, self.B_u.shape[1], self.sensors, outputs, self.dt)
+        return plain if outputs else replace(plain, outputs=plain.states[:present])
 
     @property
     def drive(self) -> Array:

@@ -16,7 +16,7 @@ from threadpoolctl import threadpool_limits
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.design import Solution
-from replication.estimation.api.plants import PlantReader, Signals, is_statespace, numbered, parts_of
+from replication.estimation.api.plants import Signals, is_statespace, numbered, parts_of, read_plant
 from replication.estimation.api.shown import Simulation, simulated
 from replication.estimation.nonuniform.bounds.worst_case import error_ratio, sequence_gain, simulate_error
 from replication.estimation.nonuniform.filters import Filter
@@ -35,29 +35,24 @@ FORGOTTEN = 1e-12
 """Share of the state left at the next sample below which a period is taken for a slip of the unit."""
 
 
-class SampledPlantReader(PlantReader[SampledPlant]):
-    """Continuous-time plants whose outputs are measured, y, or estimated, z."""
+def _read(plant: Any, measured: Any, makes: type[SampledPlant] = SampledPlant) -> tuple[SampledPlant, Signals]:
+    """A continuous-time plant whose outputs are measured, y, or estimated, z, and its names."""
 
-    kind, arrays = SampledPlant, "SampledPlant"
-    refusal = "measured belongs to a control.StateSpace; a SampledPlant has C and L"
-
-    def __init__(self, makes: type[SampledPlant]) -> None:
-        self.makes, self.advice = makes, f"; arrays make one: {makes.__name__}(A, B, C, D, L)"
-
-    def signals_of(self, plant: SampledPlant) -> Signals:
-        """x[0], y[0], z[0] and so on."""
-        return Signals(numbered("x", plant.order), (), numbered("y", len(plant.C)), numbered("z", len(plant.L)))
-
-    def read(self, system: Any, **split: Any) -> tuple[SampledPlant, Signals]:
-        """With the outputs that are measured; the others are estimated."""
-        if split["measured"] is None:
+    def read(system: Any, measured: Any) -> tuple[SampledPlant, Signals]:
+        if measured is None:
             raise InvalidInputError("give the measured outputs: measured=1, or their names; the others are estimated")
-        measured = split["measured"]
         signals = parts_of(system, continuous=True, measured=measured).signals
-        return self.makes.from_statespace(system, measured), signals
+        return makes.from_statespace(system, measured), signals
 
-
-read_plant, read_stamped_plant = SampledPlantReader(SampledPlant), SampledPlantReader(StampedPlant)
+    return read_plant(
+        plant,
+        SampledPlant,
+        read,
+        {"measured": measured},
+        arrays="SampledPlant",
+        advice=f"; arrays make one: {makes.__name__}(A, B, C, D, L)",
+        refusal="measured belongs to a control.StateSpace; a SampledPlant has C and L",
+    )
 
 
 def design(
@@ -114,7 +109,7 @@ def design(
     >>> 0 < best.bracket.lower <= best.value <= best.fact("level of the design").value
     True
     """
-    checked, signals = read_plant(plant, measured=measured)
+    checked, signals = _read(plant, measured)
     range_ = as_range(periods)
     # Between two samples a stable plant must not forget its state altogether.
     remainder = np.exp(float(np.max(np.linalg.eigvals(checked.A).real)) * range_.h_u)
@@ -164,7 +159,7 @@ def analyse(
     SolverError
         No certificate is found.
     """
-    checked, signals = read_plant(plant, measured=measured)
+    checked, signals = _read(plant, measured)
     solution = Solution(gains_of(_filter(filter_)))
     data = {"plant": checked, "signals": signals, "periods": as_range(periods)}
     return NonuniformResult.worst(solution, leaves=leaves, horizon=horizon, **data)
@@ -296,7 +291,7 @@ def design_stamped(
     >>> estimate.shape
     (2,)
     """
-    checked, signals = read_stamped_plant(plant, measured=measured)
+    checked, signals = _read(plant, measured, StampedPlant)
     range_ = as_range(periods)
     inputs = np.zeros((checked.order, 0)) if B_u is None else as_matrix("B_u", B_u, rows=checked.order)
     signals = replace(signals, inputs=numbered("u", inputs.shape[1]))

@@ -11,7 +11,7 @@ import numpy as np
 import scipy
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.plants import LinearPlant, parts_of
+from replication.estimation.api.plants import LinearPlant, Signals, parts_of
 from replication.estimation.linear.periodic import balanced_units
 from replication.estimation.validation import Array, as_array, as_matrix, positive_integer, positive_scalar
 
@@ -144,6 +144,11 @@ class SampledPlant(LinearPlant):
                 raise InvalidInputError(
                     f"(C, A) is not observable: C does not see the mode {eigenvalue:.6g}; remove it or add a sensor"
                 )
+
+    @property
+    def signals(self) -> Signals:
+        """x[0], y[0], z[0] and so on."""
+        return Signals.numbered(self.order, 0, len(self.C), len(self.L))
 
     @classmethod
     def from_statespace(cls, system: control.StateSpace, measured: int | Sequence[int | str]) -> Self:
