@@ -13,7 +13,7 @@ import numpy as np
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.plants import Signals, numbered, parts_of, read_plant
 from replication.estimation.api.results import Evidence
-from replication.estimation.api.shown import Goal, Simulation, simulated
+from replication.estimation.api.shown import Goal, Simulation, aimed, simulated
 from replication.estimation.delay.exact.loop import decided
 from replication.estimation.delay.general.design import design_general, left_alone, mean_design
 from replication.estimation.delay.plant import DelayPlant, delay_system, require_independent
@@ -121,7 +121,7 @@ def design(
     >>> 0 < best.bracket.lower <= best.value
     True
     """
-    rule, goal = one_of(DegreeRule, rule), one_of(Goal, goal)
+    rule, (goal, level) = one_of(DegreeRule, rule), aimed(goal, level)
     system, signals = _read(plant, delayed=delayed, delays=delays, measured=measured)
     if goal is not Goal.HINF:
         if system.noiseless:
@@ -131,15 +131,10 @@ def design(
             )
         if rule is not DegreeRule.BESSEL or margin != MARGIN:
             raise InvalidInputError("rule and margin belong to the goal hinf")
-        if goal is Goal.H2 and level is not None:
-            raise InvalidInputError(
-                "level belongs to the goals hinf and mixed; the Kalman filter (h2) has the one it has"
-            )
     elif rule is not DegreeRule.BESSEL and not system.noiseless:
         raise InvalidInputError(f"rule must be bessel for a plant with noise, got {rule}; the others need y = C_2 x")
     degree = None if degree is None else at_most("degree", degree, HIGHEST)
     order, margin = at_most("order", order, FINEST), positive_scalar("margin", margin)
-    level = None if level is None else positive_scalar("level", level)
     if goal is not Goal.HINF:
         return mean_design(system, goal=goal, degree=degree, level=level, signals=signals, order=order)
     if not system.noiseless:

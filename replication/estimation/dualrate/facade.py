@@ -16,7 +16,7 @@ import numpy as np
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.design import Solution
 from replication.estimation.api.results import LITTLE, Evidence
-from replication.estimation.api.shown import Goal, Simulation, simulated
+from replication.estimation.api.shown import Goal, Simulation, aimed, simulated
 from replication.estimation.dualrate.loop import (
     MARGINAL,
     DualRateLoop,
@@ -36,7 +36,7 @@ from replication.estimation.dualrate.problem import (
 from replication.estimation.dualrate.result import DualRateResult, Weights, checked_weights
 from replication.estimation.dualrate.slow.controller import MEASURE, beside, gain, kalman, of_gains
 from replication.estimation.dualrate.slow.problem import slow_problem
-from replication.estimation.dualrate.slow.result import SlowRateResult, require_level, slow_design
+from replication.estimation.dualrate.slow.result import SlowRateResult, slow_design
 from replication.estimation.dualrate.steady import Steady, steady_of, wanted
 from replication.estimation.validation import finite_vector, one_of, positive_integer
 
@@ -145,9 +145,9 @@ def design(
     >>> slow.running().step(None, [0.3]).shape  # the next estimate, and the command that belongs to it
     (3,)
     """
-    model, where, aim = as_plant(plant), one_of(At, at), one_of(Goal, goal)
+    model, where = as_plant(plant), one_of(At, at)
     weights = checked_weights(model, state=state_weight, input=input_weight, process=process_noise, sensor=sensor_noise)
-    target = require_level(aim, level)
+    aim, target = aimed(goal, level)
     _builder(observer)
     if where is At.SLOW:
         problem = slow_problem(model, period=period, ratio=ratio, hold=hold, weights=weights, tracked=tracked)
@@ -307,7 +307,7 @@ def simulate(
     else:
         DualRateResult.require(result)
         plant, period = result.loop.design.model, result.loop.design.period
-    n, loop = plant.order, result.driven()
+    n, loop = plant.order, result.driven
     count = positive_integer("number of slow periods", slow_periods) * len(loop)
     row, r = plant.C[row_of_output(plant, output)], wanted(setpoint, loop[0].drive.shape[1])
     z = np.zeros(len(loop[0].state))

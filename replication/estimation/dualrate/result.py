@@ -28,14 +28,10 @@ from replication.estimation.dualrate.observers import OBSERVERS, sampled_model
 from replication.estimation.dualrate.problem import Plant
 from replication.estimation.dualrate.steady import Steady, steady_error
 from replication.estimation.linear.periodic import PeriodicSystem
-from replication.estimation.validation import Array, as_matrix
+from replication.estimation.validation import Array, covariance
 
 if TYPE_CHECKING:
     import control
-
-
-SEMIDEFINITE = 1e-12
-"""Negative eigenvalues of a weight up to so much of the largest are rounding."""
 
 
 class Weights(NamedTuple):
@@ -62,13 +58,9 @@ def _weight(name: str, value: Any, default: Array, *, definite: bool = False) ->
     """The symmetric weight, positive semidefinite, or definite if asked; or `default`. A vector is its diagonal."""
     if value is None:
         return default
-    size = len(default)
-    matrix = as_matrix(name, np.diag(value) if np.ndim(value) == 1 else value, rows=size, columns=size)
-    least, largest = np.linalg.eigvalsh(matrix)[[0, -1]]
-    good = least > 0 if definite else least >= -SEMIDEFINITE * max(largest, 0.0)
-    if not np.array_equal(matrix, matrix.T) or not good:
-        word = "definite" if definite else "semidefinite"
-        raise InvalidInputError(f"{name} must be symmetric and positive {word}, got {matrix.tolist()}")
+    matrix = covariance(name, value, len(default))
+    if definite and np.linalg.eigvalsh(matrix)[0] <= 0:
+        raise InvalidInputError(f"{name} must be symmetric and positive definite, got {matrix.tolist()}")
     return matrix
 
 
@@ -136,9 +128,10 @@ class DualRateResult(Design):
             Evidence("observer", self.observer_name, gain),
             Evidence("fast period T", problem.period, "as given", "s"),
             Evidence("ratio M", problem.ratio, "as given"),
-            *(() if steady is None else (steady_error(steady, problem.model, self.driven()),)),
+            *(() if steady is None else (steady_error(steady, problem.model, self.driven),)),
         )
 
+    @property
     def driven(self) -> list[Driven]:
         """The loop with its set-points and loads, instant by instant."""
         problem = self.loop.design

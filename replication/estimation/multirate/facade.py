@@ -17,7 +17,7 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api import plants
 from replication.estimation.api.design import Solution
 from replication.estimation.api.plants import ADDED, Signals, numbered, parts_of
-from replication.estimation.api.shown import Goal, Simulation
+from replication.estimation.api.shown import Goal, Simulation, aimed
 from replication.estimation.multirate.kalman import require_noise_near
 from replication.estimation.multirate.latency import ContinuousPlant, delivered, is_continuous, sampled_statespace
 from replication.estimation.multirate.optimum import (
@@ -30,7 +30,7 @@ from replication.estimation.multirate.optimum import (
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.multirate.result import KalmanResult, MultirateResult
-from replication.estimation.validation import Array, as_array, covariance, one_of, positive_scalar
+from replication.estimation.validation import Array, as_array, covariance, positive_scalar
 
 if TYPE_CHECKING:
     import control
@@ -158,9 +158,7 @@ def design(
     >>> best.bracket.lower <= best.value <= 1.000001 * best.fact("optimum").value
     True
     """
-    goal = one_of(Goal, goal)
-    if goal is Goal.H2 and level is not None:
-        raise InvalidInputError("level belongs to the goals hinf and mixed; the Kalman filter (h2) has the one it has")
+    goal, target = aimed(goal, level)
     if goal is not Goal.H2 and P0 is not None:
         raise InvalidInputError("P0 belongs to the goal h2; the level of hinf and mixed is that from rest")
     arguments = {"noise": noise, "disturbances": disturbances, "weight": weight, "Q": Q, "R": R, "S": S}
@@ -168,7 +166,6 @@ def design(
     if P0 is not None and problem.plant.under_way:
         raise InvalidInputError("P0 and latency do not go together: it does not say what is known of samples under way")
     start = None if P0 is None else covariance("P0", P0, problem.plant.order)
-    target = None if level is None else positive_scalar("level", level)
     try:
         best = optimum(problem)
         if goal is Goal.H2:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from replication.errors import InfeasibleError, InvalidInputError
+from replication.errors import InfeasibleError
 from replication.estimation.api.design import Design, Solution
 from replication.estimation.api.export import Phase, Recursion
 from replication.estimation.api.plants import Signals, each_instant
@@ -37,7 +37,7 @@ from replication.estimation.dualrate.slow.problem import SlowProblem
 from replication.estimation.dualrate.steady import steady_error
 from replication.estimation.linear.norms import GainBracket
 from replication.estimation.linear.periodic import PeriodicSystem
-from replication.estimation.validation import Array, positive_scalar
+from replication.estimation.validation import Array
 
 if TYPE_CHECKING:
     import control
@@ -161,10 +161,11 @@ class SlowRateResult(Design, Traded):
             *continuous,
             Evidence("fast period T", problem.period, "as given", "s"),
             Evidence("ratios", rates, "as given"),
-            *(() if rest is None else (steady_error(rest, problem.plant, self.driven()),)),
+            *(() if rest is None else (steady_error(rest, problem.plant, self.driven),)),
             *beside(problem, self.value, solution.own["reached"]),
         )
 
+    @property
     def driven(self) -> list[Driven]:
         """The loop of (x, x^, u before) with its set-points, instant by instant."""
         return driven_by(self.problem, self.controller)
@@ -246,13 +247,6 @@ def set_points(problem: SlowProblem, controller: Controller) -> Array:
 def driven_by(problem: SlowProblem, controller: Controller) -> list[Driven]:
     """The loop of (x, x^, u before) with its set-points, instant by instant."""
     return driven(loop_steps(problem, controller), list(set_points(problem, controller)))
-
-
-def require_level(goal: Goal, level: Any) -> float | None:
-    """The level as a number; raises InvalidInputError."""
-    if level is not None and goal is Goal.H2:
-        raise InvalidInputError('level belongs to goal="hinf" or "mixed"; the other is linear-quadratic-Gaussian')
-    return None if level is None else positive_scalar("level", level)
 
 
 def slow_design(problem: SlowProblem, signals: Signals, **aims: Any) -> SlowRateResult:
