@@ -137,7 +137,7 @@ class MultiratePlant(LinearPlant):
         B_d : array (n, m_d), optional
             Effect of the process noise d; the identity unless given: each state has its own.
         D : array (q, q_w), optional
-            A factor of R, in its place.
+            A factor of R, in its place; taken as it is where there is no Q.
         Q : array (m_d, m_d), optional
             Covariance of d, positive semidefinite; the identity unless given.
         R : array (q, q), optional
@@ -168,6 +168,9 @@ class MultiratePlant(LinearPlant):
             raise InvalidInputError("give the sensor noise once: R, its covariance, or D, a factor of it")
         if B_d is None and Q is None:
             raise InvalidInputError("give the process noise: Q, its covariance, or B_d, or both")
+        shaped: dict[str, Any] = {"W": W, "B_u": B_u, "D_u": D_u, "dt": dt}
+        if Q is None and R is None and S is None:
+            return cls(A=A, C=C, B_d=B_d, D=D, **shaped)  # type: ignore[arg-type]
         A, C = as_matrix("A", A), as_matrix("C", C)
         B = np.eye(len(A)) if B_d is None else as_matrix("B_d", B_d, rows=len(A))
         if R is None:
@@ -175,9 +178,7 @@ class MultiratePlant(LinearPlant):
             R = factor @ factor.T
         Q = np.eye(B.shape[1]) if Q is None else Q
         noise = noise_factors(Q, R, S, disturbances=B.shape[1], sensors=len(C))
-        arguments = {"W": W, "B_u": B_u, "D_u": D_u}
-        shaped: dict[str, Any] = {name: value for name, value in arguments.items() if value is not None}
-        return cls(A=A, C=C, B_d=B @ noise.F, B_w=B @ noise.E, D=noise.D, dt=dt, **shaped)
+        return cls(A=A, C=C, B_d=B @ noise.F, B_w=B @ noise.E, D=noise.D, **shaped)
 
     @classmethod
     def from_statespace(
@@ -223,8 +224,5 @@ class MultiratePlant(LinearPlant):
                 "system must have no feedthrough from its disturbances: set its D to zero there, move the input into "
                 "the state, or name the inputs that are disturbances"
             )
-        covariances = {name: value for name, value in {"Q": Q, "R": R, "S": S}.items() if value is not None}
-        make: Any = cls.from_covariances if covariances or D is None else cls
-        known = {"B_u": parts.B_u, "D_u": parts.D_u, "dt": parts.signals.dt or 1.0}
-        plant: MultiratePlant = make(A=parts.A, B_d=parts.B_d, C=parts.C, D=D, W=W, **known, **covariances)
-        return plant
+        known: dict[str, Any] = {"B_u": parts.B_u, "D_u": parts.D_u, "dt": parts.signals.dt or 1.0}
+        return cls.from_covariances(A=parts.A, B_d=parts.B_d, C=parts.C, D=D, Q=Q, R=R, S=S, W=W, **known)

@@ -19,8 +19,7 @@ from replication.drawing.panels import Panel
 from replication.errors import InvalidInputError
 from replication.estimation.api.plants import numbered
 from replication.estimation.api.shown import Shown, as_csv, as_text
-from replication.estimation.multirate.extended import ExtendedFilter
-from replication.estimation.nonuniform.stamped.extended import ExtendedKalman, extended
+from replication.estimation.nonuniform.stamped.extended import ExtendedFilter, ExtendedKalman, extended
 from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant
 from replication.estimation.recorded.forms import Form, of_observer
 from replication.estimation.recorded.log import Log, by_sensor, read_log
