@@ -81,14 +81,8 @@ class Option:
 
     def add(self, parser: argparse.ArgumentParser) -> None:
         """Add the option to a parser."""
-        parser.add_argument(
-            f"--{self.name}",
-            type=self.read,
-            metavar=self.metavar,
-            help=self.help,
-            required=self.required,
-            choices=self.choices,
-        )
+        settings = {key: value for key, value in vars(self).items() if key not in ("name", "read")}
+        parser.add_argument(f"--{self.name}", type=self.read, **settings)
 
 
 def listed(reader: Callable[[str], T]) -> Callable[[str], list[T]]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import importlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from inspect import signature
 from pathlib import Path
@@ -257,21 +257,22 @@ class Portable:
         if y is NOT_GIVEN:
             if both := sorted(set(inputs) & set(measurements)):
                 raise InvalidInputError(f"{both[0]!r} is an input and a measurement; give two dicts, step(u, y)")
-            _known_names(u, (*inputs, *measurements), "signal")
+            known_names(u, (*inputs, *measurements), "signal")
             y = {name: value for name, value in u.items() if name in measurements}
             u = {name: value for name, value in u.items() if name in inputs}
         if isinstance(u, dict):
-            _known_names(u, inputs, "input")
+            known_names(u, inputs, "input")
             if lacking := [name for name in inputs if u.get(name) is None]:
                 raise InvalidInputError(f"input {lacking[0]!r} has no value; an input is known at every instant")
             u = [u[name] for name in inputs]
         if isinstance(y, dict):
-            _known_names(y, measurements, "measurement")
+            known_names(y, measurements, "measurement")
             y = [y.get(name) for name in measurements]
         return u, y
 
 
-def _known_names(labels: dict[Any, Any], names: tuple[str, ...], kind: str) -> None:
+def known_names(labels: Iterable[Any], names: Sequence[str], kind: str) -> None:
+    """Raise InvalidInputError for a label that is none of the names."""
     for name in labels:
         if name not in names:
             raise InvalidInputError(f"no {kind} {name!r}; the {kind}s are {', '.join(names)}")

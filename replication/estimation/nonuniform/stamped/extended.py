@@ -19,10 +19,10 @@ from replication.estimation.api.export import c_file, source
 from replication.estimation.api.running import RunningObserver, gate_of
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.multirate.problem import SensingSchedule
-from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant, Recursion, sensor_names
+from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant, Recursion, settle_noise
 from replication.estimation.nonuniform.stamped.running import StampedKalman
 from replication.estimation.nonuniform.stamped.transition import USAGE
-from replication.estimation.validation import Array, as_array, covariance, noise_factors, positive_scalar
+from replication.estimation.validation import Array, as_array, covariance, positive_scalar
 
 STEP, ALIKE = 1e-6, 1e-3
 """Share of a state by which it is moved to compare a Jacobian, and of the largest entry by which it may differ."""
@@ -100,18 +100,9 @@ class NonlinearPlant:
         n, dt, rest = len(x0), positive_scalar("dt", self.dt, unit="s"), np.zeros(self.inputs)
         y = _returned("h", self.h(x0), (np.size(self.h(x0)),))
         q = len(y)
-        noise_factors(np.zeros((n, n)), self.R, None, disturbances=n, sensors=q)  # refuses what is no covariance
-        P0 = np.eye(n) if self.P0 is None else self.P0
-        checked: dict[str, Any] = {
-            "x0": x0,
-            "sensors": sensor_names(self.sensors, q, "entry of h"),
-            "R": covariance("R", self.R, q),
-            "P0": covariance("P0", P0, n),
-            "dt": dt,
-        }
-        if not callable(self.Q):
-            checked["Q"] = covariance("Q", self.Q, n)
-        for name, value in checked.items():
+        settle_noise(self, np.zeros((n, n)), n, q, "entry of h")
+        Q = self.Q if callable(self.Q) else covariance("Q", self.Q, n)
+        for name, value in {"x0": x0, "dt": dt, "Q": Q}.items():
             object.__setattr__(self, name, value)
         covariance("Q(d)", self._spread(np.eye(n), dt), n)
         _compare("F", self.F(x0, rest, dt), lambda x: _returned("f", self.f(x, rest, dt), (n,)), x0)

@@ -78,14 +78,10 @@ class NoisyPlant(LinearPlant):
 
     def __post_init__(self) -> None:
         sizes = self.check()
-        n, q = sizes["n"], sizes["q"]
-        noise_factors(self.Q, self.R, self.S, disturbances=n, sensors=q)  # refuses what is no covariance
-        P0 = np.eye(n) if self.P0 is None else self.P0
-        for name, value, size in (("Q", self.Q, n), ("R", self.R, q), ("P0", P0, n)):
-            object.__setattr__(self, name, covariance(name, value, size))
+        settle_noise(self, self.Q, sizes["n"], sizes["q"], "row of C")
+        object.__setattr__(self, "Q", covariance("Q", self.Q, sizes["n"]))
         if self.S is not None:
             object.__setattr__(self, "S", as_matrix("S", self.S))
-        object.__setattr__(self, "sensors", sensor_names(self.sensors, q, "row of C"))
         if (mode := undetectable_mode(self.A, self.C, discrete=False)) is not None:
             raise InvalidInputError(
                 f"no sensor sees the mode {mode:.6g}, which does not decay: its error would grow for ever; measure it, "
@@ -126,12 +122,17 @@ class NoisyPlant(LinearPlant):
         return NoisyPlant(parts.A, parts.C, Q, R, parts.B_u, S, P0, parts.signals.measurements)
 
 
-def sensor_names(labels: Sequence[str] | None, count: int, what: str) -> tuple[str, ...]:
-    """One name for each, y[0], y[1] and so on unless given; raises InvalidInputError."""
-    names = numbered("y", count) if labels is None else () if isinstance(labels, str) else tuple(labels)
-    if len(names) != count or len(set(names)) < count or not all(isinstance(name, str) for name in names):
-        raise InvalidInputError(f"sensors must be {count} different names, one for each {what}, got {labels!r}")
-    return names
+def settle_noise(plant: Any, Q: Any, n: int, q: int, what: str) -> None:
+    """Check and freeze R, P0 (the identity unless given) and the names of the sensors, one for each `what`."""
+    noise_factors(Q, plant.R, plant.S, disturbances=n, sensors=q)  # refuses what is no covariance
+    labels = plant.sensors
+    names = numbered("y", q) if labels is None else () if isinstance(labels, str) else tuple(labels)
+    if len(names) != q or len(set(names)) < q or not all(isinstance(name, str) for name in names):
+        raise InvalidInputError(f"sensors must be {q} different names, one for each {what}, got {labels!r}")
+    P0 = np.eye(n) if plant.P0 is None else plant.P0
+    fields = {"R": covariance("R", plant.R, q), "P0": covariance("P0", P0, n), "sensors": names}
+    for name, value in fields.items():
+        object.__setattr__(plant, name, value)
 
 
 @dataclass(frozen=True, eq=False)
