@@ -1,7 +1,5 @@
 """Checks of matrices and scalars shared by all methods; each failure is an `InvalidInputError` naming the argument."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from enum import StrEnum
 from typing import Any, NamedTuple, TypeVar
