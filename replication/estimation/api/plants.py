@@ -12,16 +12,12 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
 from replication.errors import InvalidInputError
-from replication.estimation.validation import Array, as_matrix
-
-if TYPE_CHECKING:
-    import control
-
+from replication.estimation.validation import Array, StateSpace, as_matrix
 
 ADDED = "under way"
 """What the states are called that a design adds to those of the plant."""
@@ -106,7 +102,7 @@ def each_instant(names: Iterable[str], count: int) -> list[str]:
     return [f"{name}@{k}" for k in range(count) for name in named]
 
 
-def measured_outputs(system: control.StateSpace, measured: int | Sequence[int | str]) -> tuple[list[int], list[int]]:
+def measured_outputs(system: StateSpace, measured: int | Sequence[int | str]) -> tuple[list[int], list[int]]:
     """Indices of the measured outputs and of the others, which are to be estimated.
 
     measured: how many of the first outputs, or their indices or labels. Raises InvalidInputError for an output that
@@ -209,7 +205,7 @@ class Parts:
 
 
 def parts_of(
-    system: control.StateSpace,
+    system: StateSpace,
     *,
     continuous: bool,
     disturbances: Sequence[int | str] | None = None,

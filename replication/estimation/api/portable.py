@@ -4,26 +4,20 @@ A file names classes of this library and what they are made with; to load it cal
 is run.
 """
 
-from __future__ import annotations
-
 import importlib
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from inspect import signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import Any, Final, Self
 
 import numpy as np
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.export import Recursion, c_source, matlab_source, to_json, to_mat
 from replication.estimation.api.plants import Signals
-from replication.estimation.validation import Array
-
-if TYPE_CHECKING:
-    import control
-
+from replication.estimation.validation import Array, StateSpace
 
 FORMAT, VERSION = "running observer", 1
 ROOM = "replication.estimation."
@@ -227,7 +221,7 @@ class Portable:
         """
         return matlab_source(name, comment, self._recursion())
 
-    def to_statespace(self) -> control.StateSpace:
+    def to_statespace(self) -> StateSpace:
         """The observer as a linear system, as it runs while no measurement is missing.
 
         Returns

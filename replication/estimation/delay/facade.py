@@ -3,10 +3,8 @@
 x'(t) = A_0 x(t) + sum_i A_i x(t - tau_i) + B w(t); z is to be estimated from y = C_2 x, which is free of noise.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -21,10 +19,7 @@ from replication.estimation.delay.result import DelayAnalysis, DelayResult, resu
 from replication.estimation.delay.sos.certificate import LeastGain, certificate_at, minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.synthesis import degree_for
-from replication.estimation.validation import at_most, one_of, positive_scalar
-
-if TYPE_CHECKING:
-    import control
+from replication.estimation.validation import StateSpace, at_most, one_of, positive_scalar
 
 HIGHEST, FINEST = 12, 200
 """Degree and order beyond which programs and closed loops do not end, or rounding decides them."""
@@ -49,7 +44,7 @@ def _read(plant: Any, **split: Any) -> tuple[DelayPlant, Signals]:
 
 @decided
 def design(
-    plant: DelayPlant | control.StateSpace,
+    plant: DelayPlant | StateSpace,
     *,
     goal: Goal | str = Goal.HINF,
     degree: int | None = None,
@@ -153,7 +148,7 @@ def design(
 
 @decided
 def analyse(
-    plant: DelayPlant | control.StateSpace,
+    plant: DelayPlant | StateSpace,
     *,
     delayed: Sequence[Any] | None = None,
     delays: Sequence[float] | None = None,

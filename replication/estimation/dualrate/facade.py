@@ -4,12 +4,10 @@ The input changes every period T, the sensor delivers every M T. The observer fi
 does so is a choice (`observer`, one of `OBSERVERS`). u = K x^, and L corrects the observer's differential equation.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -38,10 +36,7 @@ from replication.estimation.dualrate.slow.controller import MEASURE, beside, gai
 from replication.estimation.dualrate.slow.problem import slow_problem
 from replication.estimation.dualrate.slow.result import SlowRateResult, slow_design
 from replication.estimation.dualrate.steady import Steady, steady_of, wanted
-from replication.estimation.validation import finite_vector, one_of, positive_integer
-
-if TYPE_CHECKING:
-    import control
+from replication.estimation.validation import StateSpace, finite_vector, one_of, positive_integer
 
 DEFAULT_OBSERVER = "running_prediction"
 """The restarted predictor: between measurements it carries on from the last one."""
@@ -60,7 +55,7 @@ class At(StrEnum):
 
 
 def design(
-    plant: Plant | control.StateSpace,
+    plant: Plant | StateSpace,
     *,
     period: float,
     ratio: int | Sequence[int],
@@ -190,7 +185,7 @@ def _levels(result: DualRateResult, weights: Weights) -> tuple[Evidence, ...]:
 
 
 def analyse(
-    plant: Plant | control.StateSpace,
+    plant: Plant | StateSpace,
     *,
     feedback: Any,
     injection: Any,

@@ -1,10 +1,8 @@
 """What dual-rate gains guarantee in a closed loop, as a result: observer, state space, plot."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import scipy
@@ -28,10 +26,7 @@ from replication.estimation.dualrate.observers import OBSERVERS, sampled_model
 from replication.estimation.dualrate.problem import Plant
 from replication.estimation.dualrate.steady import Steady, steady_error
 from replication.estimation.linear.periodic import PeriodicSystem
-from replication.estimation.validation import Array, covariance
-
-if TYPE_CHECKING:
-    import control
+from replication.estimation.validation import Array, StateSpace, covariance
 
 
 class Weights(NamedTuple):
@@ -162,7 +157,7 @@ class DualRateResult(Design):
         """The noise of each reading."""
         return tuple(f"noise of {name}" for name in self.signals.measurements)
 
-    def to_statespace(self) -> control.StateSpace:
+    def to_statespace(self) -> StateSpace:
         """The closed loop over a slow period M T, from the sensor noises to the plant outputs; `@k` for instant k."""
         lifted, ratio = lifted_system(self.loop), self.loop.design.ratio
         noise = self.disturbances()

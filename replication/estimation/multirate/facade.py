@@ -5,11 +5,9 @@ periodic gains with the smallest worst-case gain from process and sensor noise t
 (`hinf`), with the smallest mean square error for white noise (`h2`, the Kalman filter), or between both (`mixed`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -30,10 +28,7 @@ from replication.estimation.multirate.optimum import (
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.multirate.result import KalmanResult, MultirateResult
-from replication.estimation.validation import Array, as_array, covariance, positive_scalar
-
-if TYPE_CHECKING:
-    import control
+from replication.estimation.validation import Array, StateSpace, as_array, covariance, positive_scalar
 
 
 def _read(
@@ -75,7 +70,7 @@ def read_plant(plant: Any, **options: Any) -> tuple[MultiratePlant, Signals]:
 
 
 def design(
-    plant: MultiratePlant | ContinuousPlant | control.StateSpace,
+    plant: MultiratePlant | ContinuousPlant | StateSpace,
     *,
     periods: Sequence[int],
     offsets: Sequence[int] | Literal["best"] = (),
@@ -186,7 +181,7 @@ def design(
 
 
 def analyse(
-    plant: MultiratePlant | ContinuousPlant | control.StateSpace,
+    plant: MultiratePlant | ContinuousPlant | StateSpace,
     gains: Any,
     *,
     periods: Sequence[int],

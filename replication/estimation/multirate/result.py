@@ -1,10 +1,8 @@
 """Multi-rate observers: gains for a problem, what they guarantee, and how they run; made by exact norms."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -26,10 +24,7 @@ from replication.estimation.multirate.kalman import (
 from replication.estimation.multirate.optimum import DESIGN_MARGIN, Optimum, central, optimum, riccati_design
 from replication.estimation.multirate.problem import MultirateProblem, disturbances, observer_system
 from replication.estimation.multirate.running import KalmanFilter, StartingFilter
-from replication.estimation.validation import Array, at_most, positive_integer
-
-if TYPE_CHECKING:
-    import control
+from replication.estimation.validation import Array, StateSpace, at_most, positive_integer
 
 
 def rms_error(problem: MultirateProblem, gains: Array) -> float:
@@ -143,7 +138,7 @@ class MultirateResult(Design, Traded):
         """Of the process, then of the sensors."""
         return disturbances(self.problem.plant, self.signals)
 
-    def to_statespace(self) -> control.StateSpace:
+    def to_statespace(self) -> StateSpace:
         """The observer over one period N of the schedule, from (u, y) of all instants to W x^.
 
         Its sampling period is N dt; `@k` is added to the names for instant k unless N = 1.

@@ -4,11 +4,9 @@ The plant runs in continuous time and is sampled at periods that change from sam
 design gives one filter, whose level holds for every sequence of periods in the range.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -23,11 +21,7 @@ from replication.estimation.nonuniform.filters import Filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
 from replication.estimation.nonuniform.result import LEAVES, NonuniformResult, StampedResult, gains_of
 from replication.estimation.nonuniform.stamped.design import CELLS, StampedPlant
-from replication.estimation.validation import as_matrix
-
-if TYPE_CHECKING:
-    import control
-
+from replication.estimation.validation import StateSpace, as_matrix
 
 HORIZON = 400
 """Default effort: samples of the worst sequence searched for."""
@@ -56,7 +50,7 @@ def _read(plant: Any, measured: Any, makes: type[SampledPlant] = SampledPlant) -
 
 
 def design(
-    plant: SampledPlant | control.StateSpace,
+    plant: SampledPlant | StateSpace,
     *,
     periods: PeriodRange | Sequence[float],
     goal: Literal["robust", "nominal"] = "robust",
@@ -124,8 +118,8 @@ def design(
 
 
 def analyse(
-    plant: SampledPlant | control.StateSpace,
-    filter_: Filter | control.StateSpace,
+    plant: SampledPlant | StateSpace,
+    filter_: Filter | StateSpace,
     *,
     periods: PeriodRange | Sequence[float],
     measured: int | Sequence[int | str] | None = None,
@@ -214,7 +208,7 @@ def simulate(
     )
 
 
-def _filter(filter_: Filter | control.StateSpace) -> Filter:
+def _filter(filter_: Filter | StateSpace) -> Filter:
     if isinstance(filter_, Filter):
         return filter_
     if not is_statespace(filter_):
@@ -236,7 +230,7 @@ def as_range(periods: PeriodRange | Sequence[float]) -> PeriodRange:
 
 
 def design_stamped(
-    plant: SampledPlant | control.StateSpace,
+    plant: SampledPlant | StateSpace,
     *,
     periods: PeriodRange | Sequence[float],
     measured: int | Sequence[int | str] | None = None,

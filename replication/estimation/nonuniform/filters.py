@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 
@@ -14,10 +14,7 @@ from replication.estimation.linear.norms import GainBracket, l2_gain
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
 from replication.estimation.linear.riccati import gramians
 from replication.estimation.nonuniform.plant import SampledPlant
-from replication.estimation.validation import Array, as_matrix
-
-if TYPE_CHECKING:
-    import control
+from replication.estimation.validation import Array, StateSpace, as_matrix
 
 
 class Estimator(ABC):
@@ -97,7 +94,7 @@ class Filter(Estimator):
                 raise InvalidInputError(f"{name}_f must not be empty, got shape {matrix.shape}")
             object.__setattr__(self, name, matrix)
 
-    def to_statespace(self, dt: float | bool = True) -> control.StateSpace:
+    def to_statespace(self, dt: float | bool = True) -> StateSpace:
         """The filter from y to z^.
 
         Parameters

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import scipy
@@ -13,10 +13,7 @@ import scipy
 from replication.errors import InvalidInputError
 from replication.estimation.api.plants import LinearPlant, Signals, parts_of
 from replication.estimation.linear.periodic import balanced_units
-from replication.estimation.validation import Array, as_array, as_matrix, positive_integer, positive_scalar
-
-if TYPE_CHECKING:
-    import control
+from replication.estimation.validation import Array, StateSpace, as_array, as_matrix, positive_integer, positive_scalar
 
 HURWITZ_MARGIN = 1e-12
 """An eigenvalue counts as stable if its real part is below minus this times the norm of A."""
@@ -151,7 +148,7 @@ class SampledPlant(LinearPlant):
         return Signals.numbered(self.order, 0, len(self.C), len(self.L))
 
     @classmethod
-    def from_statespace(cls, system: control.StateSpace, measured: int | Sequence[int | str]) -> Self:
+    def from_statespace(cls, system: StateSpace, measured: int | Sequence[int | str]) -> Self:
         """From a continuous-time `control.StateSpace` with inputs w, first outputs y and the others z.
 
         Parameters

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import scipy
@@ -20,10 +20,7 @@ from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos.operators import GainValues, ObserverGains, evaluate
 from replication.estimation.delay.spectrum import Grid, Scheme, grid
 from replication.estimation.linear.periodic import Stage
-from replication.estimation.validation import Array, as_array, as_matrix, positive_scalar
-
-if TYPE_CHECKING:
-    import control
+from replication.estimation.validation import Array, StateSpace, as_array, as_matrix, positive_scalar
 
 
 def error_system(system: DelayPlant, gains: ObserverGains, order: int = 40, scheme: Scheme = Scheme.CHEBYSHEV) -> Stage:
@@ -211,7 +208,7 @@ class RunningDelayObserver(RunningObserver):
         """x^(t_k), (n,)."""
         return np.array(self._state[: self.states])
 
-    def to_statespace(self) -> control.StateSpace:
+    def to_statespace(self) -> StateSpace:
         """From y to x^ at the same instant, from rest and from a first sample of zero.
 
         Returns

@@ -1,12 +1,10 @@
 """What a design at the slow rate guarantees, as a result: observer, running controller, state space, plot."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from math import isfinite
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -37,11 +35,7 @@ from replication.estimation.dualrate.slow.problem import SlowProblem
 from replication.estimation.dualrate.steady import steady_error
 from replication.estimation.linear.norms import GainBracket
 from replication.estimation.linear.periodic import PeriodicSystem
-from replication.estimation.validation import Array
-
-if TYPE_CHECKING:
-    import control
-
+from replication.estimation.validation import Array, StateSpace
 
 GOALS = {Goal.H2: "linear-quadratic-Gaussian", Goal.HINF: "H-infinity", Goal.MIXED: "least entropy at a level"}
 
@@ -212,7 +206,7 @@ class SlowRateResult(Design, Traded):
         asked = steady is not None and steady.asked
         return tuple(f"set-point of {self.signals.measurements[i]}" for i in steady.tracked) if steady and asked else ()
 
-    def to_statespace(self) -> control.StateSpace:
+    def to_statespace(self) -> StateSpace:
         """The controller over a period of the schedules, from set-points and readings to inputs; `@k` for instant k."""
         running, n = self.running(), self.problem.plant.order
         phases = [replace(phase, readout=phase.readout[n:]) for phase in running.phases]

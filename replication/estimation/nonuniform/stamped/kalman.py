@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import numpy.typing as npt
@@ -19,10 +19,7 @@ from replication.errors import InvalidInputError
 from replication.estimation.api.plants import NOT_GIVEN, LinearPlant, numbered, parts_of
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.nonuniform.stamped.transition import Transition
-from replication.estimation.validation import Array, as_matrix, covariance, noise_factors, undetectable_mode
-
-if TYPE_CHECKING:
-    import control
+from replication.estimation.validation import Array, StateSpace, as_matrix, covariance, noise_factors, undetectable_mode
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,9 +91,7 @@ class NoisyPlant(LinearPlant):
         return len(self.B_u.T)
 
     @staticmethod
-    def from_statespace(
-        system: control.StateSpace, Q: Any, R: Any, *, S: Any | None = None, P0: Any = None
-    ) -> NoisyPlant:
+    def from_statespace(system: StateSpace, Q: Any, R: Any, *, S: Any | None = None, P0: Any = None) -> NoisyPlant:
         """From a continuous-time `control.StateSpace` with known inputs u and outputs y, whose labels name the sensors.
 
         Parameters
