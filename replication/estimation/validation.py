@@ -15,7 +15,7 @@ ComplexArray = npt.NDArray[np.complex128]
 Choice = TypeVar("Choice", bound=StrEnum)
 
 if TYPE_CHECKING:
-    from control import StateSpace
+    from control import StateSpace as StateSpace
 else:
     StateSpace = type("StateSpace", (), {"__module__": "control"})
     """In annotations it stands for that of python-control, which is loaded where it is needed."""

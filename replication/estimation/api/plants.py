@@ -7,12 +7,10 @@ covariances Q of d, R of w, S of both and P0 of the start in place of factors. W
 plant keeps them.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar, Self, TypeVar
 
 import numpy as np
 
@@ -40,7 +38,7 @@ class Signals:
     disturbances: tuple[str, ...] = ()
 
     @classmethod
-    def numbered(cls, n: int, m: int, q: int, outputs: int | None = None, dt: float | None = None) -> Signals:
+    def numbered(cls, n: int, m: int, q: int, outputs: int | None = None, dt: float | None = None) -> Self:
         """x[0], u[0], y[0], z[0] and so on: n, m and q of them; the outputs are the states unless there is a number."""
         states = numbered("x", n)
         return cls(
@@ -56,7 +54,7 @@ class Signals:
         """The names, each with its unit in brackets where it has one: what a curve or a column is labelled with."""
         return tuple(f"{name} ({self.units[name]})" if name in self.units else name for name in names)
 
-    def named(self, given: Mapping[str, Sequence[str] | None], units: Mapping[str, str] | None) -> Signals:
+    def named(self, given: Mapping[str, Sequence[str] | None], units: Mapping[str, str] | None) -> Self:
         """With other names or units. Outputs that are the states follow their names; states that a design added keep
         theirs. Raises InvalidInputError for another number of names, one twice, or the unit of no signal."""
         labels = {name: getattr(self, name) for name in given}

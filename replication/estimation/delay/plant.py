@@ -8,12 +8,10 @@ where mean_i[M x] = (1/tau_i) * integral over 0 <= s <= tau_i of sum_k M_ik (s/t
 delay, whose weight is a polynomial of the age s.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from itertools import pairwise
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -108,7 +106,7 @@ class DelayPlant:
     c2_spread: Matrices = ()
     ranges: tuple[tuple[float, float], ...] = ()
 
-    def __new__(cls, *_: Any, **named: Any) -> DelayPlant:
+    def __new__(cls, *_: Any, **named: Any) -> Self:
         """Tell the name of a field that is written as in a plant file."""
         known = {field.name for field in fields(cls)}
         for name in named:
@@ -122,7 +120,7 @@ class DelayPlant:
             object.__setattr__(self, name, value)
 
     @classmethod
-    def from_covariances(cls, *, Q: Any, R: Any, S: Any = None, b: Any = None, **terms: Any) -> DelayPlant:
+    def from_covariances(cls, *, Q: Any, R: Any, S: Any = None, b: Any = None, **terms: Any) -> Self:
         """The plant whose white noise has given intensities: d drives the states by `b`, n disturbs the sensors.
 
         Parameters

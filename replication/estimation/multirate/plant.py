@@ -5,11 +5,9 @@
 The papers have no B_w and D_u: B_w makes the noise of plant and sensors correlated, with covariance B_w D'.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -125,7 +123,7 @@ class MultiratePlant(LinearPlant):
         B_u: npt.ArrayLike | None = None,
         D_u: npt.ArrayLike | None = None,
         dt: float = 1.0,
-    ) -> MultiratePlant:
+    ) -> Self:
         """The plant whose noise has given covariances: x+ = A x + B_u u + B_d d, y = C x + n.
 
         Parameters
@@ -191,7 +189,7 @@ class MultiratePlant(LinearPlant):
         Q: Any = None,
         R: Any = None,
         S: Any = None,
-    ) -> MultiratePlant:
+    ) -> Self:
         """Take A, B, C and dt from a discrete-time `control.StateSpace`.
 
         Parameters

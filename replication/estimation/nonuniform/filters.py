@@ -1,7 +1,5 @@
 """Filters of form (4), the error system (5) that they make with the plant, and its exact gain for given periods."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -40,7 +38,7 @@ class Estimator(ABC):
         """`error_step` for each of a sequence of periods, with the upper rows (K, n, n + m) of its transitions."""
         return self.error_step(plant, upper[..., : plant.order], upper[..., plant.order :])
 
-    def at(self, h: float) -> Estimator:
+    def at(self, h: float) -> Self:
         """The filter as it is at a constant period h."""
         return self
 

@@ -1,8 +1,6 @@
 """The sampled plant of eqs. (1)-(3): a continuous-time system, its range of sampling periods, its exact
 discretisation."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self
@@ -215,7 +213,7 @@ class SampledPlant(LinearPlant):
         n, (whole,) = self.order, self.transitions(np.array([period]))
         return whole[:n, :n], whole[:n, n:]
 
-    def in_coordinates(self, T: Array) -> SampledPlant:
+    def in_coordinates(self, T: Array) -> Self:
         """The same plant with state T x.
 
         Parameters

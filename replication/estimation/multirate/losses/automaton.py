@@ -9,12 +9,11 @@ X_s is the mean of e e' where the walk is at node s, zero elsewhere. An edge s -
 p (A X_s A' + pi_s B B') to X_t: the error is stable in mean square iff that map, over a period, shrinks.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
+from typing import Self
 
 import numpy as np
 
@@ -82,7 +81,7 @@ class Automaton:
         """The edges of each phase."""
         return [[i for i, edge in enumerate(self.edges) if edge.phase == phase] for phase in range(self.period)]
 
-    def split(self, chosen: set[int]) -> Automaton:
+    def split(self, chosen: set[int]) -> Self:
         """The same walks, with the chosen nodes told apart by the edge that leads to them."""
         copies: dict[tuple[int, int], int] = {}
         for node in range(len(self.phases)):
@@ -97,7 +96,7 @@ class Automaton:
             for i, edge in enumerate(self.edges)
             for source in of_node[edge.source]
         ]
-        return Automaton(tuple(self.phases[node] for node, _ in copies), tuple(edges))
+        return type(self)(tuple(self.phases[node] for node, _ in copies), tuple(edges))
 
     def without_losses(self) -> Word:
         """The pattern in which every sample comes, from the start on."""

@@ -5,11 +5,9 @@ Where the process noise is held, what a sample tells of it is kept until the nex
 for the smoother, which inverts no covariance of the state.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -90,8 +88,8 @@ class NoisyPlant(LinearPlant):
         """m, the number of known inputs."""
         return len(self.B_u.T)
 
-    @staticmethod
-    def from_statespace(system: StateSpace, Q: Any, R: Any, *, S: Any | None = None, P0: Any = None) -> NoisyPlant:
+    @classmethod
+    def from_statespace(cls, system: StateSpace, Q: Any, R: Any, *, S: Any | None = None, P0: Any = None) -> Self:
         """From a continuous-time `control.StateSpace` with known inputs u and outputs y, whose labels name the sensors.
 
         Parameters
@@ -114,7 +112,7 @@ class NoisyPlant(LinearPlant):
         parts = parts_of(system, continuous=True, disturbances=())
         if np.any(parts.D_u):
             raise InvalidInputError("the plant must have no feedthrough from u to y: set D to zero, and take y - D u")
-        return NoisyPlant(parts.A, parts.C, Q, R, parts.B_u, S, P0, parts.signals.measurements)
+        return cls(parts.A, parts.C, Q, R, parts.B_u, S, P0, parts.signals.measurements)
 
 
 def settle_noise(plant: Any, Q: Any, n: int, q: int, what: str) -> None:
@@ -173,7 +171,7 @@ class Recursion:
     gate: float = 0.0
 
     @classmethod
-    def of(cls, plant: NoisyPlant, gate: float = 0.0) -> Recursion:
+    def of(cls, plant: NoisyPlant, gate: float = 0.0) -> Self:
         """The recursion of a plant."""
         n = plant.order
         white = np.zeros((n, n)) if plant.S is not None else plant.Q
