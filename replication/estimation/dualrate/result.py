@@ -26,7 +26,10 @@ from replication.estimation.dualrate.observers import OBSERVERS, sampled_model
 from replication.estimation.dualrate.problem import Plant
 from replication.estimation.dualrate.steady import Steady, steady_error
 from replication.estimation.linear.periodic import PeriodicSystem
-from replication.estimation.validation import Array, StateSpace, covariance
+from replication.estimation.validation import Array, StateSpace, as_matrix
+
+SEMIDEFINITE = 1e-12
+"""Negative eigenvalues of a weight up to so much of the largest are rounding."""
 
 
 class Weights(NamedTuple):
@@ -53,9 +56,13 @@ def _weight(name: str, value: Any, default: Array, *, definite: bool = False) ->
     """The symmetric weight, positive semidefinite, or definite if asked; or `default`. A vector is its diagonal."""
     if value is None:
         return default
-    matrix = covariance(name, value, len(default))
-    if definite and np.linalg.eigvalsh(matrix)[0] <= 0:
-        raise InvalidInputError(f"{name} must be symmetric and positive definite, got {matrix.tolist()}")
+    size = len(default)
+    matrix = as_matrix(name, np.diag(value) if np.ndim(value) == 1 else value, rows=size, columns=size)
+    least, largest = np.linalg.eigvalsh(matrix)[[0, -1]]
+    good = least > 0 if definite else least >= -SEMIDEFINITE * max(largest, 0.0)
+    if not np.array_equal(matrix, matrix.T) or not good:
+        word = "definite" if definite else "semidefinite"
+        raise InvalidInputError(f"{name} must be symmetric and positive {word}, got {matrix.tolist()}")
     return matrix
 
 

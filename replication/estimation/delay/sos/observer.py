@@ -5,8 +5,6 @@ alone, E what reads C_2φ_i at all points and G what the gains add, ė = (F + GE
 the observer itself follows ξ' = (F + GE)ξ - GY, exact between linear samples.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any
@@ -84,6 +82,22 @@ def spectral_abscissa(error: Stage) -> float:
 # The answer of a discretised error system to a given disturbance, and what the gains of all observers have in common
 
 
+@dataclass(frozen=True)
+class Trajectory:
+    """Answer of the error system to a disturbance."""
+
+    times: Array  # (M,) Equidistant, s
+    disturbance: Array  # (M, r) w
+    output: Array  # (M, p) z_e, the error of the estimate of z
+    state: Array  # (M, n) The error e of the estimate of x
+
+    @property
+    def gain(self) -> float:
+        """‖z_e‖/‖w‖ over the simulated interval, integrals by the trapezoidal rule."""
+        energy = [float(np.trapezoid(np.sum(part**2, axis=1), self.times)) for part in (self.output, self.disturbance)]
+        return float(np.sqrt(energy[0] / energy[1]))
+
+
 class DelayGains(ABC):
     """The gains of an observer of a delay plant, and what follows from them; `order` resolves each delay."""
 
@@ -108,22 +122,6 @@ class DelayGains(ABC):
     @abstractmethod
     def trajectory(self, times: Any, disturbance: Any, order: int) -> Trajectory:
         """The error from rest; raises InvalidInputError as `simulate`."""
-
-
-@dataclass(frozen=True)
-class Trajectory:
-    """Answer of the error system to a disturbance."""
-
-    times: Array  # (M,) Equidistant, s
-    disturbance: Array  # (M, r) w
-    output: Array  # (M, p) z_e, the error of the estimate of z
-    state: Array  # (M, n) The error e of the estimate of x
-
-    @property
-    def gain(self) -> float:
-        """‖z_e‖/‖w‖ over the simulated interval, integrals by the trapezoidal rule."""
-        energy = [float(np.trapezoid(np.sum(part**2, axis=1), self.times)) for part in (self.output, self.disturbance)]
-        return float(np.sqrt(energy[0] / energy[1]))
 
 
 def equidistant(times: object, disturbance: object, inputs: int) -> tuple[Array, Array, float]:
