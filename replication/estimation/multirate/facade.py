@@ -12,9 +12,8 @@ from typing import Any, Literal
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.api import plants
 from replication.estimation.api.design import Solution
-from replication.estimation.api.plants import ADDED, Signals, numbered, parts_of
+from replication.estimation.api.plants import ADDED, Signals, numbered, parts_of, read_plant
 from replication.estimation.api.shown import Goal, Simulation, aimed
 from replication.estimation.multirate.kalman import require_noise_near
 from replication.estimation.multirate.latency import ContinuousPlant, delivered, is_continuous, sampled_statespace
@@ -31,7 +30,7 @@ from replication.estimation.multirate.result import KalmanResult, MultirateResul
 from replication.estimation.validation import Array, StateSpace, as_array, covariance, positive_scalar
 
 
-def _read(
+def _of_statespace(
     system: Any, *, noise: Any, disturbances: Any, weight: Any, Q: Any, R: Any, S: Any
 ) -> tuple[MultiratePlant, Signals]:
     """The plant in a `control.StateSpace`, with the noise of the sensors, and the inputs that are process noise."""
@@ -55,12 +54,12 @@ def _read(
     return plant, replace(plant.signals.named(names, None), disturbances=read.disturbances if Q is None else ())
 
 
-def read_plant(plant: Any, **options: Any) -> tuple[MultiratePlant, Signals]:
+def _read(plant: Any, **options: Any) -> tuple[MultiratePlant, Signals]:
     """A discrete-time plant with process and sensor noise, and its names; raises InvalidInputError."""
-    return plants.read_plant(
+    return read_plant(
         plant,
         MultiratePlant,
-        _read,
+        _of_statespace,
         options,
         arrays="MultiratePlant",
         advice="; arrays make one: MultiratePlant(A=.., B_d=.., C=.., D=..)",
@@ -287,9 +286,9 @@ def _with_latency(plant: Any, latency: Any, dt: Any, arguments: dict[str, Any]) 
         whole = sampled_statespace(plant, step, step)
 
         def between(time: float) -> MultiratePlant:
-            return read_plant(sampled_statespace(plant, time, step), **arguments)[0]
+            return _read(sampled_statespace(plant, time, step), **arguments)[0]
 
-    checked, signals = read_plant(whole, **arguments)
+    checked, signals = _read(whole, **arguments)
     if not np.size(latency):
         return checked, signals
     late = delivered(checked, latency, between)
