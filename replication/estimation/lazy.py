@@ -1,7 +1,5 @@
 """Names of a package that are imported when first asked for (PEP 562), so that importing the package costs nothing."""
 
-from __future__ import annotations
-
 import ast
 import importlib
 import sys

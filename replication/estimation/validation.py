@@ -1,10 +1,8 @@
 """Checks of matrices and scalars shared by all methods; each failure is an `InvalidInputError` naming the argument."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 from enum import StrEnum
-from typing import Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +13,12 @@ from replication.errors import InvalidInputError
 Array = npt.NDArray[np.float64]
 ComplexArray = npt.NDArray[np.complex128]
 Choice = TypeVar("Choice", bound=StrEnum)
+
+if TYPE_CHECKING:
+    from control import StateSpace as StateSpace
+else:
+    StateSpace = type("StateSpace", (), {"__module__": "control"})
+    """In annotations it stands for that of python-control, which is loaded where it is needed."""
 
 
 LARGEST = 1e120

@@ -3,13 +3,11 @@
 The letters of a shape stand for numbers that must agree within a file: n states, u known inputs, q sensors, and so on.
 """
 
-from __future__ import annotations
-
 import argparse
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, TypeVar
+from typing import Any, Self, TypeVar
 
 T = TypeVar("T")
 LARGEST = 1e60
@@ -43,7 +41,7 @@ class Field:
     instead: str = ""
 
     @classmethod
-    def of(cls, name: str, *, shape: str = "", kind: str = "", optional: bool = False, **attributes: str) -> Field:
+    def of(cls, name: str, *, shape: str = "", kind: str = "", optional: bool = False, **attributes: str) -> Self:
         """From a row of `methods.toml`; a matrix, or several if there are three letters, unless it says otherwise."""
         letters = tuple(shape.split())
         kind = kind or ("matrices" if len(letters) == 3 else "matrix")
@@ -73,7 +71,7 @@ class Option:
     @classmethod
     def of(
         cls, name: str, *, read: str = "word", most: int = 0, several: bool = False, two: bool = False, **settings: Any
-    ) -> Option:
+    ) -> Self:
         """From a row of `methods.toml`."""
         reader = up_to(most) if most else READERS[read]
         choices = tuple(settings.pop("choices", ())) or None
@@ -81,14 +79,8 @@ class Option:
 
     def add(self, parser: argparse.ArgumentParser) -> None:
         """Add the option to a parser."""
-        parser.add_argument(
-            f"--{self.name}",
-            type=self.read,
-            metavar=self.metavar,
-            help=self.help,
-            required=self.required,
-            choices=self.choices,
-        )
+        settings = {key: value for key, value in vars(self).items() if key not in ("name", "read")}
+        parser.add_argument(f"--{self.name}", type=self.read, **settings)
 
 
 def listed(reader: Callable[[str], T]) -> Callable[[str], list[T]]:

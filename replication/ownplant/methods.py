@@ -72,8 +72,6 @@ def _sampled(values: Values) -> Any:
         if "A" in fields or "dt" not in fields or "S" in fields:
             raise InvalidInputError("A_c needs the base period dt (s), and takes the place of A; S goes with A alone")
         return multirate.ContinuousPlant(A=fields.pop("A_c"), **fields)
-    if COVARIANCES.isdisjoint(values) and {"B_d", "D"} <= values.keys():
-        return multirate.MultiratePlant(**fields)
     return multirate.MultiratePlant.from_covariances(**fields)
 
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from computed import Computed, result
+from computed import Computed
 from faults import put, verdict
 
 from papers.okajima2023 import PAPER, errata

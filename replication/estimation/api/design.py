@@ -5,10 +5,8 @@ from these hooks: bracket, table, plot, running observer, state space, exported 
 and then `analyse`; `analyse` takes any gains.
 """
 
-from __future__ import annotations
-
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, Self
@@ -27,11 +25,10 @@ from replication.estimation.linear.periodic import PeriodicSystem, simulate
 from replication.estimation.validation import Array, frozen, positive_integer
 
 UNKNOWN = Bracket(0.0, np.inf, "not computed yet")
-Facts = Callable[[Any, PeriodicSystem], tuple[Evidence, ...]]
 
 
 class Solution(NamedTuple):
-    """Gains by name, what else came out on the way, and what the analysis needs of it."""
+    """Gains by name, what else came out on the way, and what `facts` needs of it."""
 
     gains: Mapping[str, Any]
     evidence: tuple[Evidence, ...] = ()
@@ -90,18 +87,21 @@ class Design(GainResult):
             From known inputs and measurements to the estimate.
         """
 
-    def facts(self, error: PeriodicSystem) -> tuple[Evidence, ...]:
+    def facts(self, error: PeriodicSystem, solution: Solution) -> tuple[Evidence, ...]:
         """What else is known of the gains, for the table.
 
         Parameters
         ----------
         error : PeriodicSystem
             `error_system`.
+        solution : Solution
+            What `solve` gave, or given gains.
 
         Returns
         -------
         tuple of Evidence
-            Stability and mean error; and the level without sensors, if the method says what the error is then.
+            Stability and mean error; the level without sensors, if the method says what the error is then; and what
+            the solution says.
         """
         without = self.without_sensors()
         return (
@@ -110,6 +110,7 @@ class Design(GainResult):
                 "mean error variance", norms.white_noise_variance(error), "periodic Lyapunov equation, white unit noise"
             ),
             *(() if without is None else baselines(self.value, "exact gain", without=norms.gain_if_finite(without))),
+            *solution.evidence,
         )
 
     def without_sensors(self) -> PeriodicSystem | None:
@@ -165,22 +166,18 @@ class Design(GainResult):
         InfeasibleError
             There are no such gains.
         """
-        solution = cls.solve(problem, **aims)
-        result = cls.analysed(signals, solution.gains, problem=problem)
-        return replace(result, evidence=(*result.evidence, *solution.evidence))
+        return cls.analysed(signals, cls.solve(problem, **aims), problem=problem)
 
     @classmethod
-    def analysed(cls, signals: Signals, gains: Mapping[str, Any], *, facts: Facts | None = None, **own: Any) -> Self:
+    def analysed(cls, signals: Signals, solution: Solution, **own: Any) -> Self:
         """The result for any gains.
 
         Parameters
         ----------
         signals : Signals
             Names of the plant's signals, and its sampling period.
-        gains : mapping of str to array
-            By name.
-        facts : callable, optional
-            In place of the hook `facts`, from the result with its bracket and `error_system`.
+        solution : Solution
+            The gains by name.
         own : object
             Fields of the subclass.
 
@@ -194,11 +191,11 @@ class Design(GainResult):
         InfeasibleError
             The error grows.
         """
-        bare = cls(bracket=UNKNOWN, gains=frozen(gains), evidence=(), signals=signals, **own)
+        bare = cls(bracket=UNKNOWN, gains=frozen(solution.gains), evidence=(), signals=signals, **own)
         error = bare.error_system()
         exact = bare.norm(error)
         result = replace(bare, bracket=Bracket(exact.lower, exact.upper, EXACT_GAIN))
-        return replace(result, evidence=(facts or cls.facts)(result, error))
+        return replace(result, evidence=result.facts(error, solution))
 
     def observer(self) -> PeriodicObserver:
         """The observer, to run in a loop: its `step` takes y of all sensors, and looks at those that are due."""

@@ -4,8 +4,6 @@ The C lies in `sources`, written for an observer called `obs`; `c_file` puts the
 and in front of it the sizes as an enumeration and the matrices as constants, row by row.
 """
 
-from __future__ import annotations
-
 import io
 import json
 import re

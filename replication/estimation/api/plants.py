@@ -7,22 +7,15 @@ covariances Q of d, R of w, S of both and P0 of the start in place of factors. W
 plant keeps them.
 """
 
-from __future__ import annotations
-
 import sys
-from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Self, TypeVar
 
 import numpy as np
 
 from replication.errors import InvalidInputError
-from replication.estimation.validation import Array, as_matrix
-
-if TYPE_CHECKING:
-    import control
-
+from replication.estimation.validation import Array, StateSpace, as_matrix
 
 ADDED = "under way"
 """What the states are called that a design adds to those of the plant."""
@@ -44,6 +37,14 @@ class Signals:
     units: Mapping[str, str] = field(default_factory=dict)
     disturbances: tuple[str, ...] = ()
 
+    @classmethod
+    def numbered(cls, n: int, m: int, q: int, outputs: int | None = None, dt: float | None = None) -> Self:
+        """x[0], u[0], y[0], z[0] and so on: n, m and q of them; the outputs are the states unless there is a number."""
+        states = numbered("x", n)
+        return cls(
+            states, numbered("u", m), numbered("y", q), states if outputs is None else numbered("z", outputs), dt
+        )
+
     def to_dict(self) -> dict[str, Any]:
         """Names as lists, dt, and units if there are any: plain JSON values."""
         plain = {name: list(value) if isinstance(value, tuple) else value for name, value in asdict(self).items()}
@@ -53,7 +54,7 @@ class Signals:
         """The names, each with its unit in brackets where it has one: what a curve or a column is labelled with."""
         return tuple(f"{name} ({self.units[name]})" if name in self.units else name for name in names)
 
-    def named(self, given: Mapping[str, Sequence[str] | None], units: Mapping[str, str] | None) -> Signals:
+    def named(self, given: Mapping[str, Sequence[str] | None], units: Mapping[str, str] | None) -> Self:
         """With other names or units. Outputs that are the states follow their names; states that a design added keep
         theirs. Raises InvalidInputError for another number of names, one twice, or the unit of no signal."""
         labels = {name: getattr(self, name) for name in given}
@@ -99,10 +100,8 @@ def each_instant(names: Iterable[str], count: int) -> list[str]:
     return [f"{name}@{k}" for k in range(count) for name in named]
 
 
-def measured_outputs(
-    system: control.StateSpace, measured: int | Sequence[int | str]
-) -> tuple[list[int], list[int], Signals]:
-    """Indices of the measured outputs and of the others, which are to be estimated; and the names of the signals.
+def measured_outputs(system: StateSpace, measured: int | Sequence[int | str]) -> tuple[list[int], list[int]]:
+    """Indices of the measured outputs and of the others, which are to be estimated.
 
     measured: how many of the first outputs, or their indices or labels. Raises InvalidInputError for an output that
     does not exist or is named twice, or if one of the two groups is empty.
@@ -122,8 +121,7 @@ def measured_outputs(
             f"measured must name, once each, some of the {len(labels)} outputs {', '.join(labels)} and leave at least "
             f"one to be estimated, got {measured!r}"
         )
-    measurements, unseen = (tuple(labels[i] for i in part) for part in (chosen, others))
-    return chosen, others, Signals(tuple(system.state_labels), (), measurements, unseen)
+    return chosen, others
 
 
 def index_of(name: int | str, labels: Sequence[str], kind: str) -> int:
@@ -205,7 +203,7 @@ class Parts:
 
 
 def parts_of(
-    system: control.StateSpace,
+    system: StateSpace,
     *,
     continuous: bool,
     disturbances: Sequence[int | str] | None = None,
@@ -228,7 +226,7 @@ def parts_of(
     labels, outputs = list(system.input_labels), list(system.output_labels)
     chosen = list(range(len(labels))) if disturbances is None else _chosen(disturbances, labels)
     known = [i for i in range(len(labels)) if i not in chosen]
-    rows, targets = (list(range(len(outputs))), []) if measured is None else measured_outputs(system, measured)[:2]
+    rows, targets = (list(range(len(outputs))), []) if measured is None else measured_outputs(system, measured)
     A, B, C, D = (np.asarray(part, dtype=float) for part in (system.A, system.B, system.C, system.D))
     if np.any(D[targets]):
         raise InvalidInputError("the estimated outputs must have no feedthrough from w: set these rows of D to zero")
@@ -250,35 +248,26 @@ def _chosen(disturbances: Sequence[int | str], labels: list[str]) -> list[int]:
     return chosen
 
 
-class PlantReader(ABC, Generic[P]):
-    """A plant is of the method's own class, or a `control.StateSpace` with arguments that say what its signals are.
+def read_plant(
+    plant: Any,
+    kind: type[P],
+    read: Callable[..., tuple[P, Signals]],
+    options: Mapping[str, Any],
+    *,
+    arrays: str,
+    refusal: str,
+    advice: str = "",
+) -> tuple[P, Signals]:
+    """The plant that a user gave, checked, and its names: of a `kind` that has `signals`, or a `control.StateSpace`.
 
-    Hooks: `signals_of` names the signals of the one, `read` makes the other into the one.
+    read: takes the latter, and `options`, which say what its signals are. arrays: what makes a plant of arrays, for
+    messages. refusal: what is said where options come with arrays. Raises InvalidInputError.
     """
-
-    kind: ClassVar[type[Any]]
-    arrays: ClassVar[str]
-    """What makes a plant of arrays, for messages."""
-    advice: str = ""
-    refusal: ClassVar[str] = ""
-    """What is said where the arguments of a `control.StateSpace` come with arrays."""
-
-    @abstractmethod
-    def signals_of(self, plant: P) -> Signals:
-        """Names of the signals of a plant of arrays."""
-
-    @abstractmethod
-    def read(self, system: Any, **options: Any) -> tuple[P, Signals]:
-        """The plant in a `control.StateSpace`, with its names; raises InvalidInputError."""
-
-    def __call__(self, plant: Any, **options: Any) -> tuple[P, Signals]:
-        """The plant that a user gave, checked, and its names; raises InvalidInputError."""
-        if isinstance(plant, self.kind):
-            if any(value is not None for value in options.values()):
-                raise InvalidInputError(self.refusal)
-            return plant, self.signals_of(plant)
-        if not is_statespace(plant):
-            raise InvalidInputError(
-                f"plant must be a {self.arrays} or a control.StateSpace, got {type(plant).__name__}{self.advice}"
-            )
-        return self.read(plant, **options)
+    if isinstance(plant, kind):
+        if any(value is not None for value in options.values()):
+            raise InvalidInputError(refusal)
+        signals: Signals = plant.signals  # type: ignore[attr-defined]
+        return plant, signals
+    if not is_statespace(plant):
+        raise InvalidInputError(f"plant must be a {arrays} or a control.StateSpace, got {type(plant).__name__}{advice}")
+    return read(plant, **options)

@@ -4,26 +4,20 @@ A file names classes of this library and what they are made with; to load it cal
 is run.
 """
 
-from __future__ import annotations
-
 import importlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from inspect import signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final, Self
+from typing import Any, Final, Self
 
 import numpy as np
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.export import Recursion, c_source, matlab_source, to_json, to_mat
 from replication.estimation.api.plants import Signals
-from replication.estimation.validation import Array
-
-if TYPE_CHECKING:
-    import control
-
+from replication.estimation.validation import Array, StateSpace
 
 FORMAT, VERSION = "running observer", 1
 ROOM = "replication.estimation."
@@ -227,7 +221,7 @@ class Portable:
         """
         return matlab_source(name, comment, self._recursion())
 
-    def to_statespace(self) -> control.StateSpace:
+    def to_statespace(self) -> StateSpace:
         """The observer as a linear system, as it runs while no measurement is missing.
 
         Returns
@@ -257,21 +251,22 @@ class Portable:
         if y is NOT_GIVEN:
             if both := sorted(set(inputs) & set(measurements)):
                 raise InvalidInputError(f"{both[0]!r} is an input and a measurement; give two dicts, step(u, y)")
-            _known_names(u, (*inputs, *measurements), "signal")
+            known_names(u, (*inputs, *measurements), "signal")
             y = {name: value for name, value in u.items() if name in measurements}
             u = {name: value for name, value in u.items() if name in inputs}
         if isinstance(u, dict):
-            _known_names(u, inputs, "input")
+            known_names(u, inputs, "input")
             if lacking := [name for name in inputs if u.get(name) is None]:
                 raise InvalidInputError(f"input {lacking[0]!r} has no value; an input is known at every instant")
             u = [u[name] for name in inputs]
         if isinstance(y, dict):
-            _known_names(y, measurements, "measurement")
+            known_names(y, measurements, "measurement")
             y = [y.get(name) for name in measurements]
         return u, y
 
 
-def _known_names(labels: dict[Any, Any], names: tuple[str, ...], kind: str) -> None:
+def known_names(labels: Iterable[Any], names: Sequence[str], kind: str) -> None:
+    """Raise InvalidInputError for a label that is none of the names."""
     for name in labels:
         if name not in names:
             raise InvalidInputError(f"no {kind} {name!r}; the {kind}s are {', '.join(names)}")

@@ -4,13 +4,11 @@ A result is data and the ways to look at it; `plot` hands its curves to `replica
 where matplotlib is imported, and only then.
 """
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -19,10 +17,7 @@ from replication.errors import InvalidInputError
 from replication.estimation.api.export import to_c_header, to_json, to_mat
 from replication.estimation.api.plants import Signals
 from replication.estimation.api.shown import Shown, as_text
-from replication.estimation.validation import Array
-
-if TYPE_CHECKING:
-    import control
+from replication.estimation.validation import Array, StateSpace
 
 EXACT_GAIN = "a singular value at some frequency; no eigenvalue of the symplectic pencil on the circle"
 """How the ends of an exact l2 gain are found (`replication.estimation.linear.norms`)."""
@@ -142,7 +137,7 @@ class GainResult(Shown):
             Its `step` gives the estimate.
         """
 
-    def estimator(self, *settings: Any, **named: Any) -> control.StateSpace:
+    def estimator(self, *settings: Any, **named: Any) -> StateSpace:
         """The observer over one period of its schedule, from the known inputs and y of all instants to x^.
 
         Parameters
@@ -155,10 +150,10 @@ class GainResult(Shown):
         control.StateSpace
             It is what `observer()` does; `@k` is added to the names for instant k if there are several.
         """
-        system: control.StateSpace = self.observer(*settings, **named).to_statespace()
+        system: StateSpace = self.observer(*settings, **named).to_statespace()
         return system
 
-    def to_statespace(self) -> control.StateSpace:
+    def to_statespace(self) -> StateSpace:
         """The estimator, or what the method says in its place, with the names of the plant.
 
         Returns

@@ -10,12 +10,10 @@ off its schedule: `unscheduled` counts it. A filter that follows its covariance 
 left out, with one warning. The guaranteed level holds for the schedule without misses.
 """
 
-from __future__ import annotations
-
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,17 +24,13 @@ from replication.estimation.api.export import Phase, Recursion
 from replication.estimation.api.plants import Signals, each_instant
 from replication.estimation.api.portable import NOT_GIVEN, Portable
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, lifted_statespace
-from replication.estimation.validation import Array, as_array, positive_scalar
-
-if TYPE_CHECKING:
-    import control
-
+from replication.estimation.validation import Array, StateSpace, as_array, positive_scalar
 
 MOST_STATES = 2000
 """Of a linear system that a user is given."""
 
 
-def statespace(phases: Sequence[Phase], signals: Signals | None) -> control.StateSpace:
+def statespace(phases: Sequence[Phase], signals: Signals | None) -> StateSpace:
     """The recursion of `phases` over one period, from (u, y) at all instants to the estimates x^ at them."""
     stages = []
     for phase in phases:
@@ -60,7 +54,7 @@ def require_small(states: int) -> None:
         )
 
 
-def single(following: Array, estimate: Array, dt: float, signals: Signals | None) -> control.StateSpace:
+def single(following: Array, estimate: Array, dt: float, signals: Signals | None) -> StateSpace:
     """One step of `dt`: rows of the following state and of x^, columns of the state and of (u, y)."""
     import control
 
@@ -71,7 +65,7 @@ def single(following: Array, estimate: Array, dt: float, signals: Signals | None
     return system
 
 
-def _name(system: control.StateSpace, signals: Signals, count: int) -> None:
+def _name(system: StateSpace, signals: Signals, count: int) -> None:
     """Names of inputs, measurements and estimates, `@k` for instant k of several."""
     inputs = [*signals.inputs, *signals.measurements]
     outputs = [f"estimate of {name}" for name in signals.states[: system.noutputs // count]]
@@ -245,7 +239,7 @@ class PeriodicObserver(RunningObserver):
     def _recursion(self) -> Recursion:
         return Recursion(self.phases, self.states, self.expected or None, self.direct)
 
-    def to_statespace(self) -> control.StateSpace:
+    def to_statespace(self) -> StateSpace:
         """From u and y of all instants of a period to x^ at these; a sensor that is not due has no effect."""
         return statespace(self.phases, self.signals)
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from replication.drawing.panels import Panel
 from replication.errors import InvalidInputError
-from replication.estimation.validation import Array, at_most, frozen
+from replication.estimation.validation import Array, at_most, frozen, one_of, positive_scalar
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -227,6 +227,14 @@ class Goal(StrEnum):
     HINF = "hinf"
     H2 = "h2"
     MIXED = "mixed"
+
+
+def aimed(goal: Any, level: Any) -> tuple[Goal, float | None]:
+    """Goal and level as a user gave them, checked; raises InvalidInputError, also for a level of the Kalman filter."""
+    aim = one_of(Goal, goal)
+    if aim is Goal.H2 and level is not None:
+        raise InvalidInputError("level belongs to the goals hinf and mixed; the Kalman filter (h2) has the one it has")
+    return aim, None if level is None else positive_scalar("level", level)
 
 
 Measures = tuple[float, float]

@@ -7,8 +7,6 @@ are dual to each other. A program in a few matrices under equations is written b
 under matrix inequalities by the second (`program_under`).
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, field

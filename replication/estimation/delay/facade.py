@@ -3,18 +3,15 @@
 x'(t) = A_0 x(t) + sum_i A_i x(t - tau_i) + B w(t); z is to be estimated from y = C_2 x, which is free of noise.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.api.plants import PlantReader, Signals, measured_outputs, numbered
+from replication.estimation.api.plants import Signals, numbered, parts_of, read_plant
 from replication.estimation.api.results import Evidence
-from replication.estimation.api.shown import Goal, Simulation, simulated
+from replication.estimation.api.shown import Goal, Simulation, aimed, simulated
 from replication.estimation.delay.exact.loop import decided
 from replication.estimation.delay.general.design import design_general, left_alone, mean_design
 from replication.estimation.delay.plant import DelayPlant, delay_system, require_independent
@@ -22,10 +19,7 @@ from replication.estimation.delay.result import DelayAnalysis, DelayResult, resu
 from replication.estimation.delay.sos.certificate import LeastGain, certificate_at, minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.synthesis import degree_for
-from replication.estimation.validation import at_most, one_of, positive_scalar
-
-if TYPE_CHECKING:
-    import control
+from replication.estimation.validation import StateSpace, at_most, one_of, positive_scalar
 
 HIGHEST, FINEST = 12, 200
 """Degree and order beyond which programs and closed loops do not end, or rounding decides them."""
@@ -33,36 +27,24 @@ MARGIN, ORDER = 0.05, 24
 """Relative distance from the optimum, whose gains have no bound; points of histories."""
 
 
-class DelayPlantReader(PlantReader[DelayPlant]):
-    """Plants whose outputs are measured, y, or estimated, z."""
+def _read(plant: Any, **split: Any) -> tuple[DelayPlant, Signals]:
+    """A plant whose outputs are measured, y, or estimated, z, and its names."""
 
-    kind, arrays = DelayPlant, "delay_system(...)"
-    refusal = "delayed, delays and measured belong to a control.StateSpace"
-
-    def signals_of(self, plant: DelayPlant) -> Signals:
-        """x[0], u[0], y[0], z[0] and so on."""
-        states, inputs = numbered("x", plant.states), numbered("u", plant.known_inputs)
-        return Signals(states, inputs, numbered("y", plant.measurements), numbered("z", plant.outputs))
-
-    def read(self, system: Any, **split: Any) -> tuple[DelayPlant, Signals]:
-        """The delay-free part, with the delayed terms and the outputs that are measured."""
-        if any(value is None for value in split.values()):
+    def read(system: Any, *, measured: Any, delayed: Any, delays: Any) -> tuple[DelayPlant, Signals]:
+        if measured is None or delayed is None or delays is None:
             raise InvalidInputError("a control.StateSpace needs delayed=[A_1, ..], delays=[tau_1, ..] and measured=..")
-        if not system.isctime(strict=True) or np.any(system.D):
-            raise InvalidInputError(
-                f"the plant must be continuous-time without feedthrough, got dt = {system.dt}, D = {system.D.tolist()}"
-            )
-        sensors, others, signals = measured_outputs(system, split["measured"])
-        plant = delay_system(system.A, split["delayed"], split["delays"], system.B, system.C[others], system.C[sensors])
-        return plant, replace(signals, disturbances=tuple(system.input_labels))
+        parts = parts_of(system, continuous=True, measured=measured)
+        if np.any(parts.D_d):
+            raise InvalidInputError(f"the plant must be without feedthrough, got D = {system.D.tolist()}")
+        return delay_system(parts.A, delayed, delays, parts.B_d, parts.W, parts.C), parts.signals
 
-
-read_plant = DelayPlantReader()
+    refusal = "delayed, delays and measured belong to a control.StateSpace"
+    return read_plant(plant, DelayPlant, read, split, arrays="delay_system(...)", refusal=refusal)
 
 
 @decided
 def design(
-    plant: DelayPlant | control.StateSpace,
+    plant: DelayPlant | StateSpace,
     *,
     goal: Goal | str = Goal.HINF,
     degree: int | None = None,
@@ -134,8 +116,8 @@ def design(
     >>> 0 < best.bracket.lower <= best.value
     True
     """
-    rule, goal = one_of(DegreeRule, rule), one_of(Goal, goal)
-    system, signals = read_plant(plant, delayed=delayed, delays=delays, measured=measured)
+    rule, (goal, level) = one_of(DegreeRule, rule), aimed(goal, level)
+    system, signals = _read(plant, delayed=delayed, delays=delays, measured=measured)
     if goal is not Goal.HINF:
         if system.noiseless:
             raise InvalidInputError(
@@ -144,15 +126,10 @@ def design(
             )
         if rule is not DegreeRule.BESSEL or margin != MARGIN:
             raise InvalidInputError("rule and margin belong to the goal hinf")
-        if goal is Goal.H2 and level is not None:
-            raise InvalidInputError(
-                "level belongs to the goals hinf and mixed; the Kalman filter (h2) has the one it has"
-            )
     elif rule is not DegreeRule.BESSEL and not system.noiseless:
         raise InvalidInputError(f"rule must be bessel for a plant with noise, got {rule}; the others need y = C_2 x")
     degree = None if degree is None else at_most("degree", degree, HIGHEST)
     order, margin = at_most("order", order, FINEST), positive_scalar("margin", margin)
-    level = None if level is None else positive_scalar("level", level)
     if goal is not Goal.HINF:
         return mean_design(system, goal=goal, degree=degree, level=level, signals=signals, order=order)
     if not system.noiseless:
@@ -171,7 +148,7 @@ def design(
 
 @decided
 def analyse(
-    plant: DelayPlant | control.StateSpace,
+    plant: DelayPlant | StateSpace,
     *,
     delayed: Sequence[Any] | None = None,
     delays: Sequence[float] | None = None,
@@ -199,7 +176,7 @@ def analyse(
     SolverError
         Rounding decides.
     """
-    system, _ = read_plant(plant, delayed=delayed, delays=delays, measured=measured)
+    system, _ = _read(plant, delayed=delayed, delays=delays, measured=measured)
     return DelayAnalysis(plant=system, evidence=left_alone(system))
 
 

@@ -8,16 +8,15 @@ where mean_i[M x] = (1/tau_i) * integral over 0 <= s <= tau_i of sum_k M_ik (s/t
 delay, whose weight is a polynomial of the age s.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from itertools import pairwise
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
 from replication.errors import InvalidInputError
+from replication.estimation.api.plants import Signals
 from replication.estimation.validation import Array, as_matrix, noise_factors, positive_scalar
 
 Matrices = tuple[Array, ...]
@@ -107,7 +106,7 @@ class DelayPlant:
     c2_spread: Matrices = ()
     ranges: tuple[tuple[float, float], ...] = ()
 
-    def __new__(cls, *_: Any, **named: Any) -> DelayPlant:
+    def __new__(cls, *_: Any, **named: Any) -> Self:
         """Tell the name of a field that is written as in a plant file."""
         known = {field.name for field in fields(cls)}
         for name in named:
@@ -121,7 +120,7 @@ class DelayPlant:
             object.__setattr__(self, name, value)
 
     @classmethod
-    def from_covariances(cls, *, Q: Any, R: Any, S: Any = None, b: Any = None, **terms: Any) -> DelayPlant:
+    def from_covariances(cls, *, Q: Any, R: Any, S: Any = None, b: Any = None, **terms: Any) -> Self:
         """The plant whose white noise has given intensities: d drives the states by `b`, n disturbs the sensors.
 
         Parameters
@@ -198,6 +197,11 @@ class DelayPlant:
     def known_inputs(self) -> int:
         """Number of known inputs m."""
         return int(self.b_u.shape[1])
+
+    @property
+    def signals(self) -> Signals:
+        """x[0], u[0], y[0], z[0] and so on."""
+        return Signals.numbered(self.states, self.known_inputs, self.measurements, self.outputs)
 
     @property
     def noiseless(self) -> bool:

@@ -1,10 +1,8 @@
 """What the gains of a delay observer guarantee, as a result: running observer, error system, plot; and of the plant."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -21,10 +19,7 @@ from replication.estimation.delay.sos.certificate import Certificate
 from replication.estimation.delay.sos.observer import DelayGains, HistoryObserver, spectral_abscissa
 from replication.estimation.delay.sos.operators import check, observer_gains
 from replication.estimation.linear.norms import continuous_norm
-from replication.estimation.validation import Array, frozen
-
-if TYPE_CHECKING:
-    import control
+from replication.estimation.validation import Array, StateSpace, frozen
 
 BOTH_ENDS = "closed loop with collocated histories; a certificate by sums of squares"
 AGREES = 1e-4
@@ -71,7 +66,7 @@ class DelayResult(GainResult, Traded):
         """The observer on measurements sampled every `dt` (s); `step(u, y)` gives the estimate at the same instant."""
         return self.gains_of.running(dt, self.order).named(self.signals)
 
-    def to_statespace(self) -> control.StateSpace:
+    def to_statespace(self) -> StateSpace:
         """The estimation error from w to z - z^ in continuous time, each delay resolved by `order`."""
         import control
 

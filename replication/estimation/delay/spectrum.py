@@ -3,8 +3,6 @@
 Of M(s) = sI - A_0 - ΣA_i e^{-sτ_i}, averages with it, nothing is approximated but the start of Newton's iteration.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import StrEnum
 

@@ -1,10 +1,8 @@
 """A delay plant in other coordinates, and in units of time and of the states that solvers need."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import scipy
@@ -51,7 +49,7 @@ class Scaling:
     time: float = 1.0  # s
     gain: float = 1.0
 
-    def at(self, gain: float) -> Scaling:
+    def at(self, gain: float) -> Self:
         """For levels about `gain`; errors and noise keep their size in the new unit of w."""
         root = (gain / self.gain) ** 0.5
         return replace(self, states=self.states * root, sensors=self.sensors * root, gain=gain)

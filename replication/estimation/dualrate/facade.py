@@ -4,24 +4,21 @@ The input changes every period T, the sensor delivers every M T. The observer fi
 does so is a choice (`observer`, one of `OBSERVERS`). u = K x^, and L corrects the observer's differential equation.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.api.design import Solution
 from replication.estimation.api.results import LITTLE, Evidence
-from replication.estimation.api.shown import Goal, Simulation, simulated
+from replication.estimation.api.shown import Goal, Simulation, aimed, simulated
 from replication.estimation.dualrate.loop import (
     MARGINAL,
     DualRateLoop,
     close_loop,
-    driven,
-    noise_gain,
     require_stable,
     stability_radius,
 )
@@ -37,12 +34,9 @@ from replication.estimation.dualrate.problem import (
 from replication.estimation.dualrate.result import DualRateResult, Weights, checked_weights
 from replication.estimation.dualrate.slow.controller import MEASURE, beside, gain, kalman, of_gains
 from replication.estimation.dualrate.slow.problem import slow_problem
-from replication.estimation.dualrate.slow.result import SlowRateResult, driven_by, require_level, slow_design
-from replication.estimation.dualrate.steady import Steady, steady_error, steady_of, wanted
-from replication.estimation.validation import finite_vector, one_of, positive_integer
-
-if TYPE_CHECKING:
-    import control
+from replication.estimation.dualrate.slow.result import SlowRateResult, slow_design
+from replication.estimation.dualrate.steady import Steady, steady_of, wanted
+from replication.estimation.validation import StateSpace, finite_vector, one_of, positive_integer
 
 DEFAULT_OBSERVER = "running_prediction"
 """The restarted predictor: between measurements it carries on from the last one."""
@@ -61,7 +55,7 @@ class At(StrEnum):
 
 
 def design(
-    plant: Plant | control.StateSpace,
+    plant: Plant | StateSpace,
     *,
     period: float,
     ratio: int | Sequence[int],
@@ -146,9 +140,9 @@ def design(
     >>> slow.running().step(None, [0.3]).shape  # the next estimate, and the command that belongs to it
     (3,)
     """
-    model, where, aim = as_plant(plant), one_of(At, at), one_of(Goal, goal)
+    model, where = as_plant(plant), one_of(At, at)
     weights = checked_weights(model, state=state_weight, input=input_weight, process=process_noise, sensor=sensor_noise)
-    target = require_level(aim, level)
+    aim, target = aimed(goal, level)
     _builder(observer)
     if where is At.SLOW:
         problem = slow_problem(model, period=period, ratio=ratio, hold=hold, weights=weights, tracked=tracked)
@@ -191,7 +185,7 @@ def _levels(result: DualRateResult, weights: Weights) -> tuple[Evidence, ...]:
 
 
 def analyse(
-    plant: Plant | control.StateSpace,
+    plant: Plant | StateSpace,
     *,
     feedback: Any,
     injection: Any,
@@ -238,28 +232,11 @@ def analyse(
     loop = _closed(problem, _builder(observer), discrete_gain, steady)
     if stability_radius(loop) >= 1.0 - MARGINAL:
         require_stable(loop, _advice(problem, discrete_gain, steady))
-    evidence: tuple[Evidence, ...] = (
-        Evidence("monodromy radius", stability_radius(loop), "largest eigenvalue over one slow period; stable below 1"),
-        Evidence("noise to output", noise_gain(loop), "standard deviations, white noise, periodic Lyapunov equation"),
-        Evidence("observer", observer, "discrete gain" if discrete_gain else "gain in the differential equation"),
-        Evidence("fast period T", problem.period, "as given", "s"),
-        Evidence("ratio M", problem.ratio, "as given"),
-    )
     gains = {"K": problem.feedback, "L": problem.injection}
-    if steady is not None:
-        whole = close_loop(problem, _builder(observer), discrete_gain=discrete_gain)
-        ahead = steady.ahead(problem.feedback)
-        evidence += (steady_error(steady, problem.model, driven(whole.steps, [ahead] * len(whole.steps))),)
-        gains |= {"N": ahead} if steady.asked else {}
-    return DualRateResult.analysed(
-        signals_of(plant, problem.period),
-        gains,
-        facts=lambda *_: evidence,
-        loop=loop,
-        observer_name=observer,
-        discrete_gain=discrete_gain,
-        steady=steady,
-    )
+    if steady is not None and steady.asked:
+        gains["N"] = steady.ahead(problem.feedback)
+    fields = {"loop": loop, "observer_name": observer, "discrete_gain": discrete_gain, "steady": steady}
+    return DualRateResult.analysed(signals_of(plant, problem.period), Solution(gains), **fields)
 
 
 def compare(result: DualRateResult) -> dict[str, float]:
@@ -322,15 +299,10 @@ def simulate(
     """
     if isinstance(result, SlowRateResult):
         plant, period = result.problem.plant, result.problem.period
-        loop = driven_by(result.problem, result.controller)
     else:
         DualRateResult.require(result)
-        problem = result.loop.design
-        plant, period = problem.model, problem.period
-        whole = close_loop(problem, _builder(result.observer_name), discrete_gain=result.discrete_gain)
-        ahead = result.gains.get("N", np.zeros((plant.B_u.shape[1], 0)))
-        loop = driven(whole.steps, [ahead] * len(whole.steps))
-    n = plant.order
+        plant, period = result.loop.design.model, result.loop.design.period
+    n, loop = plant.order, result.driven
     count = positive_integer("number of slow periods", slow_periods) * len(loop)
     row, r = plant.C[row_of_output(plant, output)], wanted(setpoint, loop[0].drive.shape[1])
     z = np.zeros(len(loop[0].state))

@@ -4,11 +4,9 @@ State z = (x, o, v): plant, observer, last computed command. With y_d = 0 it is 
 r(k) adds to K x̂(k), and each sensor reading may carry noise.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,10 +23,7 @@ from replication.estimation.dualrate.observers import (
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, lifted_statespace
 from replication.estimation.linear.riccati import gramians
-from replication.estimation.validation import Array, ComplexArray
-
-if TYPE_CHECKING:
-    import control
+from replication.estimation.validation import Array, ComplexArray, StateSpace
 
 MARGINAL = 1e-12
 """A monodromy radius this near to one is one, up to rounding."""
@@ -79,7 +74,7 @@ def close_loop(
     design: DualRateDesign,
     builder: Builder,
     *,
-    plant: control.StateSpace | Plant | None = None,
+    plant: StateSpace | Plant | None = None,
     harmonic: Harmonic | None = None,
     discrete_gain: bool = False,
 ) -> DualRateLoop:
@@ -181,7 +176,7 @@ def noise_system(loop: DualRateLoop, weight: float = 1.0) -> PeriodicSystem:
     )
 
 
-def lifted_system(loop: DualRateLoop) -> control.StateSpace:
+def lifted_system(loop: DualRateLoop) -> StateSpace:
     """`noise_system` over one slow period, dt = M T: inputs the sensor noises, outputs those of all M phases."""
     return lifted_statespace(noise_system(loop), dt=loop.design.period)
 

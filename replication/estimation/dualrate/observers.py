@@ -5,8 +5,6 @@ with the estimate x̂(k) = readout o(k) + feedthrough m(k), where m is the measu
 one whose injection and feedthrough vanish except at phase 0. The first n entries of o are the observer's own state ζ.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache, partial

@@ -3,28 +3,24 @@
 The input is held over the period T; the sensor delivers y = C x every M T. Time unit: seconds.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import scipy
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.plants import LinearPlant, Signals, is_statespace, numbered, parts_of
+from replication.estimation.api.plants import LinearPlant, Signals, is_statespace, parts_of
 from replication.estimation.validation import (
     Array,
     ComplexArray,
+    StateSpace,
     as_matrix,
     positive_integer,
     positive_scalar,
     undetectable_mode,
 )
-
-if TYPE_CHECKING:
-    import control
 
 MAX_RATIO = 100_000
 """Fast instants in a slow period: the loop keeps matrices for each of them."""
@@ -123,7 +119,7 @@ def make_plant(A: Any, B: Any, C: Any) -> Plant:
     return Plant(A, B, C)
 
 
-def as_plant(system: control.StateSpace | Plant) -> Plant:
+def as_plant(system: StateSpace | Plant) -> Plant:
     """A `Plant`, or that of a continuous-time, strictly proper `control.StateSpace`; raises InvalidInputError."""
     if isinstance(system, Plant):
         return system
@@ -137,11 +133,10 @@ def as_plant(system: control.StateSpace | Plant) -> Plant:
     return Plant(parts.A, parts.B_u, parts.C)
 
 
-def signals_of(plant: control.StateSpace | Plant, period: float) -> Signals:
+def signals_of(plant: StateSpace | Plant, period: float) -> Signals:
     """Names of the signals of a plant that is sampled every `period` seconds; what is estimated are its states."""
     if isinstance(plant, Plant):
-        states, inputs = numbered("x", plant.order), numbered("u", plant.B_u.shape[1])
-        return Signals(states, inputs, numbered("y", len(plant.C)), states, period)
+        return Signals.numbered(plant.order, plant.B_u.shape[1], len(plant.C), dt=period)
     states = tuple(plant.state_labels)
     return Signals(states, tuple(plant.input_labels), tuple(plant.output_labels), states, period)
 
@@ -154,7 +149,7 @@ def row_of_output(plant: Plant, output: int) -> int:
 
 
 def dual_rate_design(
-    plant: control.StateSpace | Plant,
+    plant: StateSpace | Plant,
     *,
     feedback: Any,
     injection: Any,

@@ -8,8 +8,6 @@ The slow instants obey z(n+1) = Φ z(n) + Im(Γ e^{sMTn}); everything inside a s
 start, so all periods are filled in at once. Works for unstable loops.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any

@@ -1,10 +1,8 @@
 """What dual-rate gains guarantee in a closed loop, as a result: observer, state space, plot."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import scipy
@@ -13,16 +11,22 @@ from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.api.design import Design, Solution
 from replication.estimation.api.export import Phase, Recursion
 from replication.estimation.api.plants import each_instant
-from replication.estimation.dualrate.loop import DualRateLoop, lifted_system, noise_system
+from replication.estimation.api.results import Evidence
+from replication.estimation.dualrate.loop import (
+    Driven,
+    DualRateLoop,
+    close_loop,
+    driven,
+    lifted_system,
+    noise_gain,
+    noise_system,
+    stability_radius,
+)
 from replication.estimation.dualrate.observers import OBSERVERS, sampled_model
 from replication.estimation.dualrate.problem import Plant
-from replication.estimation.dualrate.steady import Steady
+from replication.estimation.dualrate.steady import Steady, steady_error
 from replication.estimation.linear.periodic import PeriodicSystem
-from replication.estimation.validation import Array, as_matrix
-
-if TYPE_CHECKING:
-    import control
-
+from replication.estimation.validation import Array, StateSpace, as_matrix
 
 SEMIDEFINITE = 1e-12
 """Negative eigenvalues of a weight up to so much of the largest are rounding."""
@@ -115,6 +119,28 @@ class DualRateResult(Design):
         L = np.linalg.solve(V, C @ _riccati(A.T, C.T, W, V, "process_noise, sensor_noise")).T
         return Solution({"K": K if steady is None else steady.feedback(K), "L": L})
 
+    def facts(self, error: PeriodicSystem, solution: Solution) -> tuple[Evidence, ...]:
+        """Of the loop, with the error at rest under loads and set-points."""
+        problem, steady = self.loop.design, self.steady
+        gain = "discrete gain" if self.discrete_gain else "gain in the differential equation"
+        radius, noise = stability_radius(self.loop), noise_gain(self.loop)
+        return (
+            Evidence("monodromy radius", radius, "largest eigenvalue over one slow period; stable below 1"),
+            Evidence("noise to output", noise, "standard deviations, white noise, periodic Lyapunov equation"),
+            Evidence("observer", self.observer_name, gain),
+            Evidence("fast period T", problem.period, "as given", "s"),
+            Evidence("ratio M", problem.ratio, "as given"),
+            *(() if steady is None else (steady_error(steady, problem.model, self.driven),)),
+        )
+
+    @property
+    def driven(self) -> list[Driven]:
+        """The loop with its set-points and loads, instant by instant."""
+        problem = self.loop.design
+        steps = close_loop(problem, OBSERVERS[self.observer_name], discrete_gain=self.discrete_gain).steps
+        none = np.zeros((len(problem.feedback), 0))
+        return driven(steps, [self.gains.get("N", none)] * len(steps))
+
     def error_system(self) -> PeriodicSystem:
         """From the noise of the readings to the plant output."""
         # Weighted so that the mean square over M fast instants is set beside that over the readings.
@@ -138,7 +164,7 @@ class DualRateResult(Design):
         """The noise of each reading."""
         return tuple(f"noise of {name}" for name in self.signals.measurements)
 
-    def to_statespace(self) -> control.StateSpace:
+    def to_statespace(self) -> StateSpace:
         """The closed loop over a slow period M T, from the sensor noises to the plant outputs; `@k` for instant k."""
         lifted, ratio = lifted_system(self.loop), self.loop.design.ratio
         noise = self.disturbances()

@@ -9,8 +9,6 @@ where the tracked outputs C_t x stand at the set-points r. Feedback acts on what
 action, as the observer estimates b. Source: Francis and Wonham, The internal model principle (1976), for constants.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -6,8 +6,6 @@ systems, with the pencil composed stage by stage so that its size stays 2n for e
 pencil is a Hamiltonian matrix, and the search the same.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial

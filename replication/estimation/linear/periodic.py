@@ -5,20 +5,15 @@ the period up to e^{jt}, it costs O(N) and is never formed. Its largest singular
 full reorthogonalisation (Golub and Van Loan, Matrix Computations, 4th ed., 2013, ch. 10).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import scipy
 
 from replication.errors import InvalidInputError, SolverError
-from replication.estimation.validation import Array, ComplexArray, as_array, as_matrix, positive_scalar
-
-if TYPE_CHECKING:
-    import control
+from replication.estimation.validation import Array, ComplexArray, StateSpace, as_array, as_matrix, positive_scalar
 
 
 class Stage(NamedTuple):
@@ -125,7 +120,7 @@ def frequency_response(system: Stage, angle: float | Array) -> ComplexArray:
     return np.asarray(system.C @ np.linalg.solve(z * np.eye(len(system.A)) - system.A, system.B) + system.D)
 
 
-def lifted_statespace(system: PeriodicSystem, *, dt: float = 1.0) -> control.StateSpace:
+def lifted_statespace(system: PeriodicSystem, *, dt: float = 1.0) -> StateSpace:
     """The time-invariant system over one period, from the inputs of all N phases, stacked, to their outputs.
 
     dt: the base period in seconds; the sampling period of the result is N dt. The state is that at phase 0. Its

@@ -5,8 +5,6 @@ the symplectic pencils), so a period of N stages costs N small products, and squ
 Sources: B. D. O. Anderson, Int. J. Control 28 (1978), doubling; Bittanti and Colaneri, Periodic Systems (2009), ch. 5.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from math import isnan, sqrt

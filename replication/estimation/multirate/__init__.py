@@ -3,12 +3,12 @@
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from replication.estimation.multirate.extended import ExtendedFilter
     from replication.estimation.multirate.facade import analyse, design, simulate
     from replication.estimation.multirate.latency import ContinuousPlant
     from replication.estimation.multirate.optimum import search_timing
     from replication.estimation.multirate.plant import MultiratePlant
     from replication.estimation.multirate.result import KalmanResult, MultirateResult
+    from replication.estimation.nonuniform.stamped.extended import ExtendedFilter
 else:
     from replication.estimation.lazy import lazy
 

@@ -5,93 +5,71 @@ periodic gains with the smallest worst-case gain from process and sensor noise t
 (`hinf`), with the smallest mean square error for white noise (`h2`, the Kalman filter), or between both (`mixed`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.design import Solution
-from replication.estimation.api.plants import ADDED, PlantReader, Signals, numbered, parts_of
-from replication.estimation.api.results import Evidence
-from replication.estimation.api.shown import Goal, Simulation
-from replication.estimation.linear.periodic import PeriodicSystem
+from replication.estimation.api.plants import ADDED, Signals, numbered, parts_of, read_plant
+from replication.estimation.api.shown import Goal, Simulation, aimed
 from replication.estimation.multirate.kalman import require_noise_near
 from replication.estimation.multirate.latency import ContinuousPlant, delivered, is_continuous, sampled_statespace
 from replication.estimation.multirate.optimum import (
     DESIGN_MARGIN,
     MISSED,
-    Optimum,
     least_error_offsets,
     optimum,
     search_timing,
 )
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
-from replication.estimation.multirate.result import KalmanResult, MultirateResult, facts
-from replication.estimation.validation import Array, as_array, covariance, one_of, positive_scalar
-
-if TYPE_CHECKING:
-    import control
+from replication.estimation.multirate.result import KalmanResult, MultirateResult
+from replication.estimation.validation import Array, StateSpace, as_array, covariance, positive_scalar
 
 
-class MultirateReader(PlantReader[MultiratePlant]):
-    """Discrete-time plants with process and sensor noise."""
-
-    kind = MultiratePlant
-    arrays = "MultiratePlant"
-    advice = "; arrays make one: MultiratePlant(A=.., B_d=.., C=.., D=..)"
-    refusal = (
-        "noise, disturbances, weight, Q, R and S belong to a control.StateSpace; a MultiratePlant has D, B_d and W "
-        "(MultiratePlant.from_covariances takes Q, R and S)"
-    )
-
-    def signals_of(self, plant: MultiratePlant) -> Signals:
-        """x[0], u[0], y[0] and so on."""
-        states, inputs = numbered("x", plant.order), numbered("u", plant.B_u.shape[1])
-        return self._signals(plant, states, inputs, numbered("y", plant.sensors))
-
-    def read(self, system: Any, **arguments: Any) -> tuple[MultiratePlant, Signals]:
-        """With the noise of the sensors, and the inputs that are process noise."""
-        noise, R, disturbances = arguments["noise"], arguments["R"], arguments["disturbances"]
-        if (noise is None) == (R is None):
-            raise InvalidInputError(
-                "give the sensor noise: noise=D, or one number for each sensor; or R, its covariance, but not both"
-            )
-        if np.ndim(arguments["weight"]) == 1:
-            raise InvalidInputError(
-                f"weight must have a row for each weighted error and a column for each of the {system.nstates} states; "
-                f"write a row as [{arguments['weight']}]"
-            )
-        if np.ndim(noise) == 1 and any(isinstance(number, (int, float, np.integer)) and number < 0 for number in noise):
-            raise InvalidInputError(f"noise must be the size of each sensor's noise, not negative, got {noise}")
-        # A list of numbers stands for a diagonal matrix: each sensor with noise of its own.
-        D = np.diag(noise) if np.ndim(noise) == 1 else noise
-        plant = MultiratePlant.from_statespace(
-            system, D, disturbances=disturbances, W=arguments["weight"], Q=arguments["Q"], R=R, S=arguments["S"]
+def _of_statespace(
+    system: Any, *, noise: Any, disturbances: Any, weight: Any, Q: Any, R: Any, S: Any
+) -> tuple[MultiratePlant, Signals]:
+    """The plant in a `control.StateSpace`, with the noise of the sensors, and the inputs that are process noise."""
+    if (noise is None) == (R is None):
+        raise InvalidInputError(
+            "give the sensor noise: noise=D, or one number for each sensor; or R, its covariance, but not both"
         )
-        read = parts_of(system, continuous=False, disturbances=disturbances).signals
-        signals = self._signals(plant, read.states, read.inputs, read.measurements)
-        # A covariance mixes the inputs, whose names then say nothing of the noise that counts.
-        return plant, signals if arguments["Q"] is not None else replace(signals, disturbances=read.disturbances)
+    if np.ndim(weight) == 1:
+        raise InvalidInputError(
+            f"weight must have a row for each weighted error and a column for each of the {system.nstates} states; "
+            f"write a row as [{weight}]"
+        )
+    if np.ndim(noise) == 1 and any(isinstance(number, (int, float, np.integer)) and number < 0 for number in noise):
+        raise InvalidInputError(f"noise must be the size of each sensor's noise, not negative, got {noise}")
+    # A list of numbers stands for a diagonal matrix: each sensor with noise of its own.
+    D = np.diag(noise) if np.ndim(noise) == 1 else noise
+    plant = MultiratePlant.from_statespace(system, D, disturbances=disturbances, W=weight, Q=Q, R=R, S=S)
+    read = parts_of(system, continuous=False, disturbances=disturbances).signals
+    names = {"states": read.states, "inputs": read.inputs, "measurements": read.measurements, "outputs": None}
+    # A covariance mixes the inputs, whose names then say nothing of the noise that counts.
+    return plant, replace(plant.signals.named(names, None), disturbances=read.disturbances if Q is None else ())
 
-    def _signals(
-        self, plant: MultiratePlant, states: tuple[str, ...], inputs: tuple[str, ...], measurements: tuple[str, ...]
-    ) -> Signals:
-        present = plant.order - plant.under_way
-        whole = np.array_equal(plant.W, np.eye(present, plant.order))
-        outputs = states[:present] if whole else numbered("z", len(plant.W))
-        return Signals(states, inputs, measurements, outputs, plant.dt)
 
-
-read_plant = MultirateReader()
+def _read(plant: Any, **options: Any) -> tuple[MultiratePlant, Signals]:
+    """A discrete-time plant with process and sensor noise, and its names; raises InvalidInputError."""
+    return read_plant(
+        plant,
+        MultiratePlant,
+        _of_statespace,
+        options,
+        arrays="MultiratePlant",
+        advice="; arrays make one: MultiratePlant(A=.., B_d=.., C=.., D=..)",
+        refusal="noise, disturbances, weight, Q, R and S belong to a control.StateSpace; a MultiratePlant has D, B_d "
+        "and W (MultiratePlant.from_covariances takes Q, R and S)",
+    )
 
 
 def design(
-    plant: MultiratePlant | ContinuousPlant | control.StateSpace,
+    plant: MultiratePlant | ContinuousPlant | StateSpace,
     *,
     periods: Sequence[int],
     offsets: Sequence[int] | Literal["best"] = (),
@@ -174,9 +152,7 @@ def design(
     >>> best.bracket.lower <= best.value <= 1.000001 * best.fact("optimum").value
     True
     """
-    goal = one_of(Goal, goal)
-    if goal is Goal.H2 and level is not None:
-        raise InvalidInputError("level belongs to the goals hinf and mixed; the Kalman filter (h2) has the one it has")
+    goal, target = aimed(goal, level)
     if goal is not Goal.H2 and P0 is not None:
         raise InvalidInputError("P0 belongs to the goal h2; the level of hinf and mixed is that from rest")
     arguments = {"noise": noise, "disturbances": disturbances, "weight": weight, "Q": Q, "R": R, "S": S}
@@ -184,13 +160,11 @@ def design(
     if P0 is not None and problem.plant.under_way:
         raise InvalidInputError("P0 and latency do not go together: it does not say what is known of samples under way")
     start = None if P0 is None else covariance("P0", P0, problem.plant.order)
-    target = None if level is None else positive_scalar("level", level)
     try:
         best = optimum(problem)
         if goal is Goal.H2:
-            return _analysed(KalmanResult, problem, signals, best, KalmanResult.solve(problem), start=start)
-        solution = MultirateResult.solve(problem, best=best, goal=goal, level=target)
-        result = _analysed(MultirateResult, problem, signals, best, solution)
+            return KalmanResult.analysed(signals, KalmanResult.solve(problem, best=best), problem=problem, start=start)
+        result = MultirateResult.design(problem, signals, best=best, goal=goal, level=target)
     except (InfeasibleError, SolverError):  # unless more than the least was asked for: lost in rounding
         if target is None:
             require_noise_near(problem)
@@ -206,7 +180,7 @@ def design(
 
 
 def analyse(
-    plant: MultiratePlant | ContinuousPlant | control.StateSpace,
+    plant: MultiratePlant | ContinuousPlant | StateSpace,
     gains: Any,
     *,
     periods: Sequence[int],
@@ -247,8 +221,8 @@ def analyse(
     """
     arguments = {"noise": noise, "disturbances": disturbances, "weight": weight, "Q": Q, "R": R, "S": S}
     problem, signals = _problem(plant, periods, offsets, Goal.HINF, latency, dt, **arguments)
-    solution = Solution({"L": problem.checked(gains)})
-    return _analysed(MultirateResult, problem, signals, optimum(problem), solution)
+    solution = Solution({"L": problem.checked(gains)}, own={"best": optimum(problem)})
+    return MultirateResult.analysed(signals, solution, problem=problem)
 
 
 def simulate(
@@ -289,22 +263,6 @@ def simulate(
     return result.simulate(steps, disturbance=disturbance, initial_error=start, rng=rng)
 
 
-def _analysed(
-    kind: type[MultirateResult],
-    problem: MultirateProblem,
-    signals: Signals,
-    best: Optimum,
-    solution: Solution,
-    **fields: Any,
-) -> MultirateResult:
-    """The gains of a solution, analysed beside the optimum."""
-
-    def known(result: MultirateResult, error: PeriodicSystem) -> tuple[Evidence, ...]:
-        return (*facts(result, error, best, alone=not solution.evidence), *solution.evidence)
-
-    return kind.analysed(signals, solution.gains, facts=known, problem=problem, **fields)
-
-
 def _problem(
     plant: Any, periods: Any, offsets: Any, goal: Goal, latency: Any, dt: Any, **arguments: Any
 ) -> tuple[MultirateProblem, Signals]:
@@ -328,9 +286,9 @@ def _with_latency(plant: Any, latency: Any, dt: Any, arguments: dict[str, Any]) 
         whole = sampled_statespace(plant, step, step)
 
         def between(time: float) -> MultiratePlant:
-            return read_plant(sampled_statespace(plant, time, step), **arguments)[0]
+            return _read(sampled_statespace(plant, time, step), **arguments)[0]
 
-    checked, signals = read_plant(whole, **arguments)
+    checked, signals = _read(whole, **arguments)
     if not np.size(latency):
         return checked, signals
     late = delivered(checked, latency, between)

@@ -6,12 +6,10 @@ modes that nothing disturbs; from zero they would never learn of them. Where not
 phases come at once (`steady_state`), judged by one step by covariances, which shares no formula with it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -292,9 +290,9 @@ class Sensing(NamedTuple):
     R: Array
     S: Array | None
 
-    def at(self, index: Any) -> Sensing:
+    def at(self, index: Any) -> Self:
         """Those of some instants."""
-        return Sensing(self.C[index], self.R[index], None if self.S is None else self.S[index])
+        return type(self)(self.C[index], self.R[index], None if self.S is None else self.S[index])
 
 
 class Correction(NamedTuple):

@@ -8,8 +8,6 @@ A sample of age a - f, with a whole and 0 <= f < 1, was taken f after instant k 
 what the plant says of that time, inputs and disturbances being held over the base period, and leaves it a later.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import ceil
@@ -99,12 +97,10 @@ class ContinuousPlant:
         B_u = np.zeros((n, 0)) if self.B_u is None else as_matrix("B_u", self.B_u, rows=n)
         over, held = held_over(A, np.hstack([B_d, B_u]), time)
         B_d, B_u = held[:, : B_d.shape[1]], held[:, B_d.shape[1] :]
-        if (self.D is None) == (self.R is None):
-            raise InvalidInputError("give the sensor noise once: R, its covariance, or D, a factor of it")
-        named = {"D": self.D, "Q": self.Q, "R": self.R, "W": self.W, "D_u": self.D_u}
-        arguments: dict[str, Any] = {name: value for name, value in named.items() if value is not None}
-        make = MultiratePlant.from_covariances if {"Q", "R"} & arguments.keys() else MultiratePlant
-        return make(A=over, B_d=B_d, B_u=B_u, C=as_matrix("C", self.C), dt=self.dt, **arguments)
+        noise: dict[str, Any] = {"D": self.D, "Q": self.Q, "R": self.R}
+        return MultiratePlant.from_covariances(
+            A=over, B_d=B_d, B_u=B_u, C=self.C, W=self.W, D_u=self.D_u, dt=self.dt, **noise
+        )
 
 
 def held_over(A: Array, B: Array, time: float) -> tuple[Array, Array]:

@@ -5,8 +5,6 @@ X_k >= 0 with I - W X_k W'/level^2 > 0 at every phase (necessary and sufficient,
 not even a smoother, does better than the non-causal bound, so an optimum that meets it is bounded from both sides.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -226,6 +224,14 @@ class Optimum:
         return self.lower if self.limited_by == "noncausal" else self.upper
 
 
+Trial = tuple[Array | None, float]
+"""The stabilising solution (N, n, n) at a level, scaled, and the slack 1 - max_k lambda_max(W X_k W')/level^2.
+
+The level is achievable iff the slack is positive; without a stabilising solution it is (None, -1).
+"""
+NO_SOLUTION: Trial = (None, -1.0)
+
+
 def riccati_design(problem: MultirateProblem, level: float) -> RiccatiDesign:
     """The central observer whose gain is below `level`.
 
@@ -409,14 +415,6 @@ def _zero(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
             places[i] = (a * places[i + 1] - b * places[i]) / (a - b)
     place = places[0]
     return (place**-0.5, abs(place - before) / place / 2) if place > 0 else (np.nan, np.nan)
-
-
-Trial = tuple[Array | None, float]
-"""The stabilising solution (N, n, n) at a level, scaled, and the slack 1 - max_k lambda_max(W X_k W')/level^2.
-
-The level is achievable iff the slack is positive; without a stabilising solution it is (None, -1).
-"""
-NO_SOLUTION: Trial = (None, -1.0)
 
 
 def _solution(centre: KalmanCentre, level: float) -> Trial:

@@ -5,17 +5,15 @@
 The papers have no B_w and D_u: B_w makes the noise of plant and sensors correlated, with covariance B_w D'.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.plants import NOT_GIVEN, LinearPlant, parts_of
+from replication.estimation.api.plants import NOT_GIVEN, LinearPlant, Signals, parts_of
 from replication.estimation.validation import Array, as_matrix, at_most, noise_factors, positive_scalar
 
 LARGEST_OF_A = 1e30
@@ -93,6 +91,14 @@ class MultiratePlant(LinearPlant):
         return len(self.C)
 
     @property
+    def signals(self) -> Signals:
+        """x[0], u[0], y[0] and so on; what is estimated are the states, unless they are weighted."""
+        present = self.order - self.under_way
+        outputs = None if np.array_equal(self.W, np.eye(present, self.order)) else len(self.W)
+        plain = Signals.numbered(self.order, self.B_u.shape[1], self.sensors, outputs, self.dt)
+        return plain if outputs else replace(plain, outputs=plain.states[:present])
+
+    @property
     def drive(self) -> Array:
         """The effect of all noise on the state: [B_d, B_w], or B_d alone if there is no B_w."""
         return np.hstack([self.B_d, self.B_w]) if self.correlated else self.B_d
@@ -117,7 +123,7 @@ class MultiratePlant(LinearPlant):
         B_u: npt.ArrayLike | None = None,
         D_u: npt.ArrayLike | None = None,
         dt: float = 1.0,
-    ) -> MultiratePlant:
+    ) -> Self:
         """The plant whose noise has given covariances: x+ = A x + B_u u + B_d d, y = C x + n.
 
         Parameters
@@ -129,7 +135,7 @@ class MultiratePlant(LinearPlant):
         B_d : array (n, m_d), optional
             Effect of the process noise d; the identity unless given: each state has its own.
         D : array (q, q_w), optional
-            A factor of R, in its place.
+            A factor of R, in its place; taken as it is where there is no Q.
         Q : array (m_d, m_d), optional
             Covariance of d, positive semidefinite; the identity unless given.
         R : array (q, q), optional
@@ -160,6 +166,9 @@ class MultiratePlant(LinearPlant):
             raise InvalidInputError("give the sensor noise once: R, its covariance, or D, a factor of it")
         if B_d is None and Q is None:
             raise InvalidInputError("give the process noise: Q, its covariance, or B_d, or both")
+        shaped: dict[str, Any] = {"W": W, "B_u": B_u, "D_u": D_u, "dt": dt}
+        if Q is None and R is None and S is None:
+            return cls(A=A, C=C, B_d=B_d, D=D, **shaped)  # type: ignore[arg-type]
         A, C = as_matrix("A", A), as_matrix("C", C)
         B = np.eye(len(A)) if B_d is None else as_matrix("B_d", B_d, rows=len(A))
         if R is None:
@@ -167,9 +176,7 @@ class MultiratePlant(LinearPlant):
             R = factor @ factor.T
         Q = np.eye(B.shape[1]) if Q is None else Q
         noise = noise_factors(Q, R, S, disturbances=B.shape[1], sensors=len(C))
-        arguments = {"W": W, "B_u": B_u, "D_u": D_u}
-        shaped: dict[str, Any] = {name: value for name, value in arguments.items() if value is not None}
-        return cls(A=A, C=C, B_d=B @ noise.F, B_w=B @ noise.E, D=noise.D, dt=dt, **shaped)
+        return cls(A=A, C=C, B_d=B @ noise.F, B_w=B @ noise.E, D=noise.D, **shaped)
 
     @classmethod
     def from_statespace(
@@ -182,7 +189,7 @@ class MultiratePlant(LinearPlant):
         Q: Any = None,
         R: Any = None,
         S: Any = None,
-    ) -> MultiratePlant:
+    ) -> Self:
         """Take A, B, C and dt from a discrete-time `control.StateSpace`.
 
         Parameters
@@ -215,8 +222,5 @@ class MultiratePlant(LinearPlant):
                 "system must have no feedthrough from its disturbances: set its D to zero there, move the input into "
                 "the state, or name the inputs that are disturbances"
             )
-        covariances = {name: value for name, value in {"Q": Q, "R": R, "S": S}.items() if value is not None}
-        make: Any = cls.from_covariances if covariances or D is None else cls
-        known = {"B_u": parts.B_u, "D_u": parts.D_u, "dt": parts.signals.dt or 1.0}
-        plant: MultiratePlant = make(A=parts.A, B_d=parts.B_d, C=parts.C, D=D, W=W, **known, **covariances)
-        return plant
+        known: dict[str, Any] = {"B_u": parts.B_u, "D_u": parts.D_u, "dt": parts.signals.dt or 1.0}
+        return cls.from_covariances(A=parts.A, B_d=parts.B_d, C=parts.C, D=D, Q=Q, R=R, S=S, W=W, **known)

@@ -4,8 +4,6 @@ Designs depend on the units of the states only by rounding. In coordinates e(k) 
 about the identity at every phase that rounding is harmless, whatever the units of the plant.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -130,6 +128,24 @@ def distinct_offsets(periods: Sequence[int]) -> Iterator[tuple[int, ...]]:
         if representative not in representatives:
             representatives.add(representative)
             yield representative
+
+
+class Whitened(NamedTuple):
+    """At each phase A (N, n, n), B (N, n, m) and the whitened measurements C (N, q, n), zero where a sensor has none.
+
+    Whitening: with the triangular `roots` R_k (N, q, q), D_k D_k' = R_k' R_k, the rows are R_k'^-1 C_k, their noise is
+    white with unit intensity, and their gain is R_k'-fold that of the measurements.
+
+    Of correlated noise, what the measurements tell is taken out of the plant first: A and B are those of the rest, and
+    `injected` (N, n, q) are the gains of the measurements that do it. rows: the sensors that measure.
+    """
+
+    A: Array
+    B: Array
+    C: Array
+    roots: Array
+    injected: Array
+    rows: tuple[tuple[int, ...], ...]
 
 
 RANK_TOLERANCE = 1e-10
@@ -268,24 +284,6 @@ def _full_row_rank(D: Array) -> bool:
     if D.shape[1] < len(D) or not np.all(norms > 0):
         return False
     return len(D) == 1 or bool(np.linalg.svd(D / norms, compute_uv=False)[-1] > RANK_TOLERANCE)
-
-
-class Whitened(NamedTuple):
-    """At each phase A (N, n, n), B (N, n, m) and the whitened measurements C (N, q, n), zero where a sensor has none.
-
-    Whitening: with the triangular `roots` R_k (N, q, q), D_k D_k' = R_k' R_k, the rows are R_k'^-1 C_k, their noise is
-    white with unit intensity, and their gain is R_k'-fold that of the measurements.
-
-    Of correlated noise, what the measurements tell is taken out of the plant first: A and B are those of the rest, and
-    `injected` (N, n, q) are the gains of the measurements that do it. rows: the sensors that measure.
-    """
-
-    A: Array
-    B: Array
-    C: Array
-    roots: Array
-    injected: Array
-    rows: tuple[tuple[int, ...], ...]
 
 
 @dataclass(frozen=True, eq=False)

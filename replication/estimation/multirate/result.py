@@ -1,10 +1,8 @@
 """Multi-rate observers: gains for a problem, what they guarantee, and how they run; made by exact norms."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -26,10 +24,7 @@ from replication.estimation.multirate.kalman import (
 from replication.estimation.multirate.optimum import DESIGN_MARGIN, Optimum, central, optimum, riccati_design
 from replication.estimation.multirate.problem import MultirateProblem, disturbances, observer_system
 from replication.estimation.multirate.running import KalmanFilter, StartingFilter
-from replication.estimation.validation import Array, at_most, positive_integer
-
-if TYPE_CHECKING:
-    import control
+from replication.estimation.validation import Array, StateSpace, at_most, positive_integer
 
 
 def rms_error(problem: MultirateProblem, gains: Array) -> float:
@@ -89,15 +84,41 @@ class MultirateResult(Design, Traded):
             )
         if goal is Goal.HINF:
             aim = best.upper * (1 + DESIGN_MARGIN) if level is None else level
-            return Solution({"L": riccati_design(problem, aim).gains})
+            return Solution({"L": riccati_design(problem, aim).gains}, own={"best": best})
         central = balanced_design(problem, best) if level is None else riccati_design(problem, level)
         aimed = central.level if np.isfinite(central.level) else "infinite"
         fact = Evidence("level of the design", aimed, "least entropy")
-        return Solution({"L": central.gains}, (fact, *mean_error_facts(problem, central.gains)))
+        return Solution({"L": central.gains}, (fact, *mean_error_facts(problem, central.gains)), {"best": best})
 
     def error_system(self) -> PeriodicSystem:
         """Eqs. (16), (18)."""
         return self.problem.error_system(self.gains["L"])
+
+    def facts(self, error: PeriodicSystem, solution: Solution) -> tuple[Evidence, ...]:
+        """Beside the optimum, which the solution holds as "best"."""
+        problem, plant, best = self.problem, self.problem.plant, solution.own["best"]
+        bound = "non-causal bound: no smoother does better" if best.limited_by == "noncausal" else "Riccati condition"
+        late = (Evidence("samples under way", plant.under_way, "states for the latency"),) if plant.under_way else ()
+        return (
+            Evidence("optimum", best.value, f"least gain of any observer; {bound}"),
+            Evidence("optimum lies above", best.lower, bound),
+            Evidence("spectral radius over one period", error.spectral_radius(), "eigenvalues of the monodromy matrix"),
+            Evidence(
+                "mean error variance", white_noise_variance(error), "periodic Lyapunov equation, white unit noise"
+            ),
+            Evidence("schedule", f"periods {problem.schedule.periods}, offsets {problem.schedule.offsets}", "as given"),
+            Evidence("base period", plant.dt, "as given", "s"),
+            *late,
+            *baselines(
+                self.value,
+                "exact gain",
+                without=gain_if_finite(problem.without_sensors()),
+                kalman=l2_gain(problem.error_system(kalman_design(problem).gains)).upper,
+                limit=best.noncausal.upper,
+                simpler="" if solution.evidence else SIMPLER,
+            ),
+            *solution.evidence,
+        )
 
     def phases(self) -> Recursion:
         """Eq. (15), x^(k+1) = A x^ + B_u u + L_k S_k (y - C x^ - D_u u).
@@ -117,7 +138,7 @@ class MultirateResult(Design, Traded):
         """Of the process, then of the sensors."""
         return disturbances(self.problem.plant, self.signals)
 
-    def to_statespace(self) -> control.StateSpace:
+    def to_statespace(self) -> StateSpace:
         """The observer over one period N of the schedule, from (u, y) of all instants to W x^.
 
         Its sampling period is N dt; `@k` is added to the names for instant k unless N = 1.
@@ -130,30 +151,6 @@ class MultirateResult(Design, Traded):
     def designs(self) -> tuple[float, Callable[[float], Measures]]:
         """Central gains, from the least level on."""
         return optimum(self.problem).upper * (1 + DESIGN_MARGIN), _designs(self.problem)[1]
-
-
-def facts(result: MultirateResult, error: PeriodicSystem, best: Optimum, *, alone: bool) -> tuple[Evidence, ...]:
-    """What is known of gains beside the optimum; alone: nothing else is told of their mean error."""
-    problem, plant = result.problem, result.problem.plant
-    bound = "non-causal bound: no smoother does better" if best.limited_by == "noncausal" else "Riccati condition"
-    late = (Evidence("samples under way", plant.under_way, "states for the latency"),) if plant.under_way else ()
-    return (
-        Evidence("optimum", best.value, f"least gain of any observer; {bound}"),
-        Evidence("optimum lies above", best.lower, bound),
-        Evidence("spectral radius over one period", error.spectral_radius(), "eigenvalues of the monodromy matrix"),
-        Evidence("mean error variance", white_noise_variance(error), "periodic Lyapunov equation, white unit noise"),
-        Evidence("schedule", f"periods {problem.schedule.periods}, offsets {problem.schedule.offsets}", "as given"),
-        Evidence("base period", plant.dt, "as given", "s"),
-        *late,
-        *baselines(
-            result.value,
-            "exact gain",
-            without=gain_if_finite(problem.without_sensors()),
-            kalman=l2_gain(problem.error_system(kalman_design(problem).gains)).upper,
-            limit=best.noncausal.upper,
-            simpler=SIMPLER if alone else "",
-        ),
-    )
 
 
 def mean_error_facts(problem: MultirateProblem, gains: Array) -> tuple[Evidence, ...]:
@@ -198,7 +195,7 @@ class KalmanResult(MultirateResult):
     start: Array | None = None
 
     @classmethod
-    def solve(cls, problem: MultirateProblem, *arguments: Any, **aims: Any) -> Solution:
+    def solve(cls, problem: MultirateProblem, *, best: Optimum, **aims: Any) -> Solution:
         """The steady state of the filter, with its covariances."""
         kalman = kalman_design(problem)
         gains = filter_gains(problem, kalman.X)
@@ -209,7 +206,7 @@ class KalmanResult(MultirateResult):
             "F": gains.filtered,
             "V": gains.innovation,
         }
-        return Solution(arrays, mean_error_facts(problem, kalman.gains))
+        return Solution(arrays, mean_error_facts(problem, kalman.gains), {"best": best})
 
     def filter(self, *, lag: int = 0, P0: Any = None, gate: float | None = None) -> KalmanFilter | StartingFilter:
         """The filter to run in a loop; its `step` gives x^(k|k), x^(k+1|k), their covariances and the innovation.

@@ -6,8 +6,6 @@ by it, the other also says so in its covariance. The other takes a sample off it
 for it. With a gate, a measurement whose innovation exceeds so many standard deviations is left out likewise.
 """
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from typing import Any, NamedTuple
 

@@ -4,11 +4,9 @@ The plant runs in continuous time and is sampled at periods that change from sam
 design gives one filter, whose level holds for every sequence of periods in the range.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -16,18 +14,14 @@ from threadpoolctl import threadpool_limits
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.design import Solution
-from replication.estimation.api.plants import PlantReader, Signals, is_statespace, numbered, parts_of
+from replication.estimation.api.plants import Signals, is_statespace, numbered, parts_of, read_plant
 from replication.estimation.api.shown import Simulation, simulated
 from replication.estimation.nonuniform.bounds.worst_case import error_ratio, sequence_gain, simulate_error
 from replication.estimation.nonuniform.filters import Filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
 from replication.estimation.nonuniform.result import LEAVES, NonuniformResult, StampedResult, gains_of
 from replication.estimation.nonuniform.stamped.design import CELLS, StampedPlant
-from replication.estimation.validation import as_matrix
-
-if TYPE_CHECKING:
-    import control
-
+from replication.estimation.validation import StateSpace, as_matrix
 
 HORIZON = 400
 """Default effort: samples of the worst sequence searched for."""
@@ -35,33 +29,28 @@ FORGOTTEN = 1e-12
 """Share of the state left at the next sample below which a period is taken for a slip of the unit."""
 
 
-class SampledPlantReader(PlantReader[SampledPlant]):
-    """Continuous-time plants whose outputs are measured, y, or estimated, z."""
+def _read(plant: Any, measured: Any, makes: type[SampledPlant] = SampledPlant) -> tuple[SampledPlant, Signals]:
+    """A continuous-time plant whose outputs are measured, y, or estimated, z, and its names."""
 
-    kind, arrays = SampledPlant, "SampledPlant"
-    refusal = "measured belongs to a control.StateSpace; a SampledPlant has C and L"
-
-    def __init__(self, makes: type[SampledPlant]) -> None:
-        self.makes, self.advice = makes, f"; arrays make one: {makes.__name__}(A, B, C, D, L)"
-
-    def signals_of(self, plant: SampledPlant) -> Signals:
-        """x[0], y[0], z[0] and so on."""
-        return Signals(numbered("x", plant.order), (), numbered("y", len(plant.C)), numbered("z", len(plant.L)))
-
-    def read(self, system: Any, **split: Any) -> tuple[SampledPlant, Signals]:
-        """With the outputs that are measured; the others are estimated."""
-        if split["measured"] is None:
+    def read(system: Any, measured: Any) -> tuple[SampledPlant, Signals]:
+        if measured is None:
             raise InvalidInputError("give the measured outputs: measured=1, or their names; the others are estimated")
-        measured = split["measured"]
         signals = parts_of(system, continuous=True, measured=measured).signals
-        return self.makes.from_statespace(system, measured), signals
+        return makes.from_statespace(system, measured), signals
 
-
-read_plant, read_stamped_plant = SampledPlantReader(SampledPlant), SampledPlantReader(StampedPlant)
+    return read_plant(
+        plant,
+        SampledPlant,
+        read,
+        {"measured": measured},
+        arrays="SampledPlant",
+        advice=f"; arrays make one: {makes.__name__}(A, B, C, D, L)",
+        refusal="measured belongs to a control.StateSpace; a SampledPlant has C and L",
+    )
 
 
 def design(
-    plant: SampledPlant | control.StateSpace,
+    plant: SampledPlant | StateSpace,
     *,
     periods: PeriodRange | Sequence[float],
     goal: Literal["robust", "nominal"] = "robust",
@@ -114,7 +103,7 @@ def design(
     >>> 0 < best.bracket.lower <= best.value <= best.fact("level of the design").value
     True
     """
-    checked, signals = read_plant(plant, measured=measured)
+    checked, signals = _read(plant, measured)
     range_ = as_range(periods)
     # Between two samples a stable plant must not forget its state altogether.
     remainder = np.exp(float(np.max(np.linalg.eigvals(checked.A).real)) * range_.h_u)
@@ -129,8 +118,8 @@ def design(
 
 
 def analyse(
-    plant: SampledPlant | control.StateSpace,
-    filter_: Filter | control.StateSpace,
+    plant: SampledPlant | StateSpace,
+    filter_: Filter | StateSpace,
     *,
     periods: PeriodRange | Sequence[float],
     measured: int | Sequence[int | str] | None = None,
@@ -164,7 +153,7 @@ def analyse(
     SolverError
         No certificate is found.
     """
-    checked, signals = read_plant(plant, measured=measured)
+    checked, signals = _read(plant, measured)
     solution = Solution(gains_of(_filter(filter_)))
     data = {"plant": checked, "signals": signals, "periods": as_range(periods)}
     return NonuniformResult.worst(solution, leaves=leaves, horizon=horizon, **data)
@@ -219,7 +208,7 @@ def simulate(
     )
 
 
-def _filter(filter_: Filter | control.StateSpace) -> Filter:
+def _filter(filter_: Filter | StateSpace) -> Filter:
     if isinstance(filter_, Filter):
         return filter_
     if not is_statespace(filter_):
@@ -241,7 +230,7 @@ def as_range(periods: PeriodRange | Sequence[float]) -> PeriodRange:
 
 
 def design_stamped(
-    plant: SampledPlant | control.StateSpace,
+    plant: SampledPlant | StateSpace,
     *,
     periods: PeriodRange | Sequence[float],
     measured: int | Sequence[int | str] | None = None,
@@ -296,7 +285,7 @@ def design_stamped(
     >>> estimate.shape
     (2,)
     """
-    checked, signals = read_stamped_plant(plant, measured=measured)
+    checked, signals = _read(plant, measured, StampedPlant)
     range_ = as_range(periods)
     inputs = np.zeros((checked.order, 0)) if B_u is None else as_matrix("B_u", B_u, rows=checked.order)
     signals = replace(signals, inputs=numbered("u", inputs.shape[1]))

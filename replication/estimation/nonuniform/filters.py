@@ -1,11 +1,9 @@
 """Filters of form (4), the error system (5) that they make with the plant, and its exact gain for given periods."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 
@@ -14,10 +12,7 @@ from replication.estimation.linear.norms import GainBracket, l2_gain
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
 from replication.estimation.linear.riccati import gramians
 from replication.estimation.nonuniform.plant import SampledPlant
-from replication.estimation.validation import Array, as_matrix
-
-if TYPE_CHECKING:
-    import control
+from replication.estimation.validation import Array, StateSpace, as_matrix
 
 
 class Estimator(ABC):
@@ -43,7 +38,7 @@ class Estimator(ABC):
         """`error_step` for each of a sequence of periods, with the upper rows (K, n, n + m) of its transitions."""
         return self.error_step(plant, upper[..., : plant.order], upper[..., plant.order :])
 
-    def at(self, h: float) -> Estimator:
+    def at(self, h: float) -> Self:
         """The filter as it is at a constant period h."""
         return self
 
@@ -97,7 +92,7 @@ class Filter(Estimator):
                 raise InvalidInputError(f"{name}_f must not be empty, got shape {matrix.shape}")
             object.__setattr__(self, name, matrix)
 
-    def to_statespace(self, dt: float | bool = True) -> control.StateSpace:
+    def to_statespace(self, dt: float | bool = True) -> StateSpace:
         """The filter from y to z^.
 
         Parameters

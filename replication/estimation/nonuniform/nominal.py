@@ -4,8 +4,6 @@ Two routes without a solver: closed forms for scalar signals, and the Riccati re
 Sources: Nagpal and Khargonekar, IEEE TAC 36 (1991); Hassibi, Sayed and Kailath, Indefinite-Quadratic Estimation (1999).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,22 +1,17 @@
 """The sampled plant of eqs. (1)-(3): a continuous-time system, its range of sampling periods, its exact
 discretisation."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import scipy
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.plants import LinearPlant, parts_of
+from replication.estimation.api.plants import LinearPlant, Signals, parts_of
 from replication.estimation.linear.periodic import balanced_units
-from replication.estimation.validation import Array, as_array, as_matrix, positive_integer, positive_scalar
-
-if TYPE_CHECKING:
-    import control
+from replication.estimation.validation import Array, StateSpace, as_array, as_matrix, positive_integer, positive_scalar
 
 HURWITZ_MARGIN = 1e-12
 """An eigenvalue counts as stable if its real part is below minus this times the norm of A."""
@@ -145,8 +140,13 @@ class SampledPlant(LinearPlant):
                     f"(C, A) is not observable: C does not see the mode {eigenvalue:.6g}; remove it or add a sensor"
                 )
 
+    @property
+    def signals(self) -> Signals:
+        """x[0], y[0], z[0] and so on."""
+        return Signals.numbered(self.order, 0, len(self.C), len(self.L))
+
     @classmethod
-    def from_statespace(cls, system: control.StateSpace, measured: int | Sequence[int | str]) -> Self:
+    def from_statespace(cls, system: StateSpace, measured: int | Sequence[int | str]) -> Self:
         """From a continuous-time `control.StateSpace` with inputs w, first outputs y and the others z.
 
         Parameters
@@ -213,7 +213,7 @@ class SampledPlant(LinearPlant):
         n, (whole,) = self.order, self.transitions(np.array([period]))
         return whole[:n, :n], whole[:n, n:]
 
-    def in_coordinates(self, T: Array) -> SampledPlant:
+    def in_coordinates(self, T: Array) -> Self:
         """The same plant with state T x.
 
         Parameters

@@ -1,11 +1,9 @@
 """What a filter guarantees for every sampling sequence, as a result: with fixed gains, or with time stamps."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -32,10 +30,7 @@ from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, b
 from replication.estimation.nonuniform.robust import robust_design
 from replication.estimation.nonuniform.stamped.design import StampedFilter, StampedProof, kalman_filters, proved_design
 from replication.estimation.nonuniform.stamped.observer import StampedObserver
-from replication.estimation.validation import Array, frozen, positive_scalar
-
-if TYPE_CHECKING:
-    import control
+from replication.estimation.validation import Array, StateSpace, frozen, positive_scalar
 
 BOTH_ENDS = (
     "a sampling sequence with its disturbance, or a constant one over all time; a Lyapunov certificate for all of them"
@@ -66,7 +61,7 @@ def gains_of(filter_: Filter) -> dict[str, Array]:
     return {"A_f": filter_.A, "B_f": filter_.B, "C_f": filter_.C}
 
 
-def labelled(filter_: Filter, dt: float | bool, signals: Signals | None) -> control.StateSpace:
+def labelled(filter_: Filter, dt: float | bool, signals: Signals | None) -> StateSpace:
     """The filter from y to z^, with the names of the plant."""
     system = filter_.to_statespace(dt)
     if signals is not None:
@@ -91,7 +86,7 @@ class RunningFilter(PeriodicObserver):
         self.filter = filter_
         super().__init__(recursion(filter_).phases, (), starts=len(filter_.A))
 
-    def to_statespace(self) -> control.StateSpace:
+    def to_statespace(self) -> StateSpace:
         """The filter from y to z^, at its samples, whose period is unspecified (True)."""
         return labelled(self.filter, True, self.signals)
 
@@ -240,12 +235,12 @@ class NonuniformResult(SequenceResult):
         """The filter of eq. (4), to run in a loop: one step for each sample."""
         return RunningFilter(self.filter).named(self.signals)
 
-    def to_statespace(self) -> control.StateSpace:
+    def to_statespace(self) -> StateSpace:
         """The filter from y to z^; its dt is the sampling period if there is only one, else unspecified (True)."""
         single = self.periods.h_l == self.periods.h_u
         return labelled(self.filter, self.periods.h_l if single else True, self.signals)
 
-    def estimator(self, *settings: Any, **named: Any) -> control.StateSpace:
+    def estimator(self, *settings: Any, **named: Any) -> StateSpace:
         """The same as `to_statespace`."""
         return self.to_statespace()
 
@@ -313,7 +308,7 @@ class StampedResult(SequenceResult):
         instance = StampedObserver(self.plant, self.filter, self.periods, self.known, self.signals.measurements)
         return instance.named(self.signals)
 
-    def to_statespace(self, h: float | None = None) -> control.StateSpace:
+    def to_statespace(self, h: float | None = None) -> StateSpace:
         """The filter from y to z^ at a constant period h (s), without known inputs; that of the middle unless given.
 
         Raises InvalidInputError unless h is positive.

@@ -4,8 +4,6 @@
 Unlike a grid it looks between the nodes, and every inequality that the solver sees matters.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import StrEnum

@@ -1,7 +1,5 @@
 """What each form of filter is along a log: with time stamps, multi-rate, dual rate; all give one `Series`."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple

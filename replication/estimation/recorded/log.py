@@ -1,14 +1,12 @@
 """A log: a CSV file or a table with a column of times, NaN where nothing came; checked against sensors and inputs."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -30,7 +28,7 @@ class Log:
     y: Array
     u: Array
 
-    def on_grid(self, dt: float) -> Log:
+    def on_grid(self, dt: float) -> Self:
         """A row for each base period from the first row on; raises InvalidInputError for a time between two of them."""
         place = (self.t - self.t[0]) / dt
         instants = np.rint(place).astype(int)
@@ -52,9 +50,9 @@ class Log:
         y = np.full((count, self.y.shape[1]), np.nan)
         y[instants] = self.y
         held = np.searchsorted(instants, np.arange(count), side="right") - 1
-        return Log(self.t[0] + dt * np.arange(count), y, self.u[held])
+        return type(self)(self.t[0] + dt * np.arange(count), y, self.u[held])
 
-    def taken(self, latency: Array) -> tuple[Log, Array]:
+    def taken(self, latency: Array) -> tuple[Self, Array]:
         """By the times at which samples were taken, latency (q,) earlier, each late sensor in rows of its own.
 
         Also says which sensor's latency moves each row (N,), -1 for none.
@@ -73,7 +71,7 @@ class Log:
         times = np.concatenate(t)
         order = np.argsort(times, kind="stable")
         held = np.maximum(np.searchsorted(self.t, times[order], side="right") - 1, 0)
-        return Log(times[order], np.concatenate(rows)[order], self.u[held]), np.concatenate(owner)[order]
+        return type(self)(times[order], np.concatenate(rows)[order], self.u[held]), np.concatenate(owner)[order]
 
 
 def read_log(

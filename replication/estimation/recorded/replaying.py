@@ -5,8 +5,6 @@ chi-square, and the autocorrelations of each sensor give the statistic of G. M. 
 (1978), eq. 1.3, chi-square too.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -19,8 +17,7 @@ from replication.drawing.panels import Panel
 from replication.errors import InvalidInputError
 from replication.estimation.api.plants import numbered
 from replication.estimation.api.shown import Shown, as_csv, as_text
-from replication.estimation.multirate.extended import ExtendedFilter
-from replication.estimation.nonuniform.stamped.extended import ExtendedKalman, extended
+from replication.estimation.nonuniform.stamped.extended import ExtendedFilter, ExtendedKalman, extended
 from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant
 from replication.estimation.recorded.forms import Form, of_observer
 from replication.estimation.recorded.log import Log, by_sensor, read_log

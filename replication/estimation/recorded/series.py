@@ -10,8 +10,6 @@ the Fisher information is sum(1/2 tr(V^-1 V_i V^-1 V_j) + e_i' V^-1 e_j), where 
 Gupta and R. K. Mehra, IEEE TAC 19 (1974)).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 

@@ -24,7 +24,7 @@ GIVEN: dict[str, Any] = {"period": 0.1, "ratio": 2, "at": "slow"}
 REFUSED: dict[str, tuple[Any, dict[str, Any], str]] = {
     "at": (SERVO, {"at": "fast"}, "at must be one of 'continuous', 'slow', got 'fast'"),
     "goal": (SERVO, {"goal": "best"}, "goal must be one of 'hinf', 'h2', 'mixed', got 'best'"),
-    "level of h2": (SERVO, {"level": 2.0}, 'level belongs to goal="hinf" or "mixed"'),
+    "level of h2": (SERVO, {"level": 2.0}, "level belongs to the goals hinf and mixed"),
     "level": (SERVO, {"goal": "hinf", "level": -1}, "level must be positive"),
     "period": (SERVO, {"period": 0}, "period T must be positive"),
     "ratio": (SERVO, {"ratio": 1.5}, "ratio must be a whole number"),

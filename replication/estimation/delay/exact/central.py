@@ -4,8 +4,6 @@ Source: Mustafa and Glover, Minimum Entropy H-infinity Control (1990): the centr
 equation. trace(C_z P C_z') bounds the mean square of the error of z for white noise, and is it for the Kalman filter.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

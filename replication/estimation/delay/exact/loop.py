@@ -4,8 +4,6 @@ With the innovation eps, the errors follow [e'; z; eps] = M(s) [e; w] - I(s) eps
 innovation adds to the observer. With other delays than it takes for granted the states of both stay.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import wraps

@@ -10,8 +10,6 @@ which shows that X is invertible and bounds the second-order remainder of the ga
 matters.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import product

@@ -3,8 +3,6 @@
 Delays are true exponentials; each frequency gives a lower bound, so that a peak that was missed makes it weaker only.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial

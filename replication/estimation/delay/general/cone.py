@@ -9,8 +9,6 @@ free and fill the whole block of N between (u, v) and eps: N can be made positiv
 and for (u, v) = 0, two inequalities without them; a Z and L_z between these are found afterwards.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

@@ -1,7 +1,5 @@
 """The observer of a general delay plant as `design` gives it: the proved level, the exact gain, and the limit."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Literal, NoReturn

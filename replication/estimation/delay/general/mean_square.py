@@ -1,7 +1,5 @@
 """Central gains of a delay plant at any level up to infinity, the Kalman filter, with both measures of each, exact."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import cached_property, partial
 

@@ -1,9 +1,6 @@
 """The observer of a delay plant as it runs: one step for each sample, in Python and as C99."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -11,11 +8,7 @@ from replication.errors import InvalidInputError
 from replication.estimation.api.export import INSTANTS, c_file, source
 from replication.estimation.api.running import RunningObserver, require_small, single
 from replication.estimation.delay.exact.terms import Complex, PlantTerms, Terms, axis
-from replication.estimation.validation import Array, increasing_grid, positive_scalar
-
-if TYPE_CHECKING:
-    import control
-
+from replication.estimation.validation import Array, StateSpace, increasing_grid, positive_scalar
 
 # An observer of a delay plant on a grid of time: histories linear between samples, the derivative by the trapezoid.
 #
@@ -184,7 +177,7 @@ class InnovationsObserver(RunningObserver):
         usage = f"{INSTANTS} An instant lasts {self.dt!r} s; obs_output gives the estimate of z."
         return c_file(name, comment, usage, source("delay.c"), sizes, tables)
 
-    def to_statespace(self) -> control.StateSpace:
+    def to_statespace(self) -> StateSpace:
         """From u and y to x^ at the same instant, from rest and from a first sample of zero.
 
         Returns

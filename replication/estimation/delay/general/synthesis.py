@@ -1,7 +1,5 @@
 """The least level of a general delay plant by the small program, and an observer that keeps a level."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 

@@ -4,8 +4,6 @@ p_a(η) = √(2a+1) P_a(2η+1), so ∫p_a p_b = δ_ab over [-1, 0]. A function i
 of polynomials below are exact Gauss quadratures.
 """
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

@@ -5,8 +5,6 @@ In scaled histories φ_i(η) = e(t+τ_iη), η ∈ [-1, 0], the error obeys ė =
 h = (w, v, e, φ_1(-1), .., φ_K(-1)) ∈ R^{r+p+n(K+1)} and the same histories; a `Drive` may put ω in place of w.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

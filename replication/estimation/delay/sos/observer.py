@@ -5,11 +5,9 @@ alone, E what reads C_2φ_i at all points and G what the gains add, ė = (F + GE
 the observer itself follows ξ' = (F + GE)ξ - GY, exact between linear samples.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import scipy
@@ -20,10 +18,7 @@ from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos.operators import GainValues, ObserverGains, evaluate
 from replication.estimation.delay.spectrum import Grid, Scheme, grid
 from replication.estimation.linear.periodic import Stage
-from replication.estimation.validation import Array, as_array, as_matrix, positive_scalar
-
-if TYPE_CHECKING:
-    import control
+from replication.estimation.validation import Array, StateSpace, as_array, as_matrix, positive_scalar
 
 
 def error_system(system: DelayPlant, gains: ObserverGains, order: int = 40, scheme: Scheme = Scheme.CHEBYSHEV) -> Stage:
@@ -87,6 +82,22 @@ def spectral_abscissa(error: Stage) -> float:
 # The answer of a discretised error system to a given disturbance, and what the gains of all observers have in common
 
 
+@dataclass(frozen=True)
+class Trajectory:
+    """Answer of the error system to a disturbance."""
+
+    times: Array  # (M,) Equidistant, s
+    disturbance: Array  # (M, r) w
+    output: Array  # (M, p) z_e, the error of the estimate of z
+    state: Array  # (M, n) The error e of the estimate of x
+
+    @property
+    def gain(self) -> float:
+        """‖z_e‖/‖w‖ over the simulated interval, integrals by the trapezoidal rule."""
+        energy = [float(np.trapezoid(np.sum(part**2, axis=1), self.times)) for part in (self.output, self.disturbance)]
+        return float(np.sqrt(energy[0] / energy[1]))
+
+
 class DelayGains(ABC):
     """The gains of an observer of a delay plant, and what follows from them; `order` resolves each delay."""
 
@@ -111,22 +122,6 @@ class DelayGains(ABC):
     @abstractmethod
     def trajectory(self, times: Any, disturbance: Any, order: int) -> Trajectory:
         """The error from rest; raises InvalidInputError as `simulate`."""
-
-
-@dataclass(frozen=True)
-class Trajectory:
-    """Answer of the error system to a disturbance."""
-
-    times: Array  # (M,) Equidistant, s
-    disturbance: Array  # (M, r) w
-    output: Array  # (M, p) z_e, the error of the estimate of z
-    state: Array  # (M, n) The error e of the estimate of x
-
-    @property
-    def gain(self) -> float:
-        """‖z_e‖/‖w‖ over the simulated interval, integrals by the trapezoidal rule."""
-        energy = [float(np.trapezoid(np.sum(part**2, axis=1), self.times)) for part in (self.output, self.disturbance)]
-        return float(np.sqrt(energy[0] / energy[1]))
 
 
 def equidistant(times: object, disturbance: object, inputs: int) -> tuple[Array, Array, float]:
@@ -211,7 +206,7 @@ class RunningDelayObserver(RunningObserver):
         """x^(t_k), (n,)."""
         return np.array(self._state[: self.states])
 
-    def to_statespace(self) -> control.StateSpace:
+    def to_statespace(self) -> StateSpace:
         """From y to x^ at the same instant, from rest and from a first sample of zero.
 
         Returns

@@ -4,8 +4,6 @@ Everything here is in scaled histories y_i(η), η ∈ [-1, 0]. In the units of 
 L_3i(θ) = values.l3/τ_i and L_7ij(s, θ) = values.l7/τ_j; the other gains keep their values.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -5,8 +5,6 @@ Unknown are the matrices of two cones: V = ⟨e, 𝒫e⟩ and the dissipation N.
 on every monomial that 𝒵 cannot cancel; 𝒵 is read off the others afterwards.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

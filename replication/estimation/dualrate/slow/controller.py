@@ -5,8 +5,6 @@ that one fast period is left to compute. Source: Basar and Bernhard, H-infinity-
 and 6: the discrete-time game with delayed measurements; here all is periodic, and inputs may be held.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property

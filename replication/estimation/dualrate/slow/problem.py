@@ -5,13 +5,11 @@ process noise w acts in continuous time; over one period it is G d with G G' = i
 same covariance and, as a map from square-integrable w, the same gain.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from math import lcm
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import scipy
@@ -65,7 +63,7 @@ class SlowProblem:
         return 0 if self.steady is None else self.steady.loads
 
     @cached_property
-    def unloaded(self) -> SlowProblem:
+    def unloaded(self) -> Self:
         """The problem of what feedback can move; itself without loads."""
         if self.steady is None or not self.steady.loads:
             return self

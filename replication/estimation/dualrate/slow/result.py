@@ -1,16 +1,14 @@
 """What a design at the slow rate guarantees, as a result: observer, running controller, state space, plot."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
 from math import isfinite
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
-from replication.errors import InfeasibleError, InvalidInputError
+from replication.errors import InfeasibleError
 from replication.estimation.api.design import Design, Solution
 from replication.estimation.api.export import Phase, Recursion
 from replication.estimation.api.plants import Signals, each_instant
@@ -37,11 +35,7 @@ from replication.estimation.dualrate.slow.problem import SlowProblem
 from replication.estimation.dualrate.steady import steady_error
 from replication.estimation.linear.norms import GainBracket
 from replication.estimation.linear.periodic import PeriodicSystem
-from replication.estimation.validation import Array, positive_scalar
-
-if TYPE_CHECKING:
-    import control
-
+from replication.estimation.validation import Array, StateSpace
 
 GOALS = {Goal.H2: "linear-quadratic-Gaussian", Goal.HINF: "H-infinity", Goal.MIXED: "least entropy at a level"}
 
@@ -111,15 +105,17 @@ class SlowRateResult(Design, Traded):
     problem: SlowProblem
 
     @classmethod
-    def solve(
-        cls, problem: SlowProblem, reached: float, *, goal: Goal = Goal.H2, level: float | None = None
-    ) -> Solution:
+    def solve(cls, problem: SlowProblem, *, goal: Goal, level: float | None, observer: str) -> Solution:
         """The central controller at an infinite level (h2), at `level`, or at that of the goal.
 
-        reached: the level of the first. Raises InfeasibleError if no controller at these rates keeps the level.
+        observer: that of the continuous gains which are set beside it. Raises InfeasibleError if no controller at these
+        rates keeps the level.
         """
+        best, exact = kalman(problem)
+        reached, rates = exact.upper, {"reached": exact.upper, "observer": observer}
+        told = (Evidence("goal", str(goal), GOALS[goal]),)
         if goal is Goal.H2:
-            return Solution(vars(central(problem, np.inf)))
+            return Solution(vars(best), told, rates)
         low, high = least_level(problem, reached)
         if level is not None and level <= low:
             raise InfeasibleError(
@@ -129,11 +125,44 @@ class SlowRateResult(Design, Traded):
         if goal is Goal.MIXED and level is None:
             aim = balanced(aim, high, partial(measures, problem))
         evidence = (
+            *told,
             Evidence("level of the design", aim if isfinite(aim) else "infinite", "central solution, of least entropy"),
             Evidence("optimum", high, "least level of any controller at these rates; two coupled Riccati equations"),
             Evidence("optimum lies above", low, "the equations have no solution there"),
         )
-        return Solution(vars(central(problem, aim)), evidence)
+        return Solution(vars(central(problem, aim)), evidence, rates)
+
+    def facts(self, error: PeriodicSystem, solution: Solution) -> tuple[Evidence, ...]:
+        """Beside the gains that are designed in continuous time, where there are such."""
+        problem, rest = self.problem, self.problem.steady
+        noise, mean = gain(problem, noise_to_output(problem, error)).upper, root_mean_square(problem, error)
+        rates = f"sensors {problem.sensors.periods}, inputs {problem.actuators.periods}"
+        continuous: tuple[Evidence, ...] = ()
+        if not (problem.loads or problem.actuators.period > 1 or len(set(problem.sensors.periods)) > 1):
+            level = of_continuous_gains(problem, solution.own["observer"])
+            how = f"K and L designed in continuous time, observer {solution.own['observer']}; same measure"
+            value = "infinite: unstable" if level is None else level
+            continuous = (Evidence("level of the continuous gains", value, how),)
+        goal, *designed = solution.evidence
+        return (
+            goal,
+            Evidence("monodromy radius", error.spectral_radius(), "largest eigenvalue over one period; stable below 1"),
+            *designed,
+            Evidence("root mean square", mean, "of (x, u), white noise, periodic Lyapunov equation"),
+            Evidence(
+                "gain from sensor noise to output", noise, "root mean squares, exact; the measure of continuous gains"
+            ),
+            *continuous,
+            Evidence("fast period T", problem.period, "as given", "s"),
+            Evidence("ratios", rates, "as given"),
+            *(() if rest is None else (steady_error(rest, problem.plant, self.driven),)),
+            *beside(problem, self.value, solution.own["reached"]),
+        )
+
+    @property
+    def driven(self) -> list[Driven]:
+        """The loop of (x, x^, u before) with its set-points, instant by instant."""
+        return driven_by(self.problem, self.controller)
 
     @property
     def controller(self) -> Controller:
@@ -177,7 +206,7 @@ class SlowRateResult(Design, Traded):
         asked = steady is not None and steady.asked
         return tuple(f"set-point of {self.signals.measurements[i]}" for i in steady.tracked) if steady and asked else ()
 
-    def to_statespace(self) -> control.StateSpace:
+    def to_statespace(self) -> StateSpace:
         """The controller over a period of the schedules, from set-points and readings to inputs; `@k` for instant k."""
         running, n = self.running(), self.problem.plant.order
         phases = [replace(phase, readout=phase.readout[n:]) for phase in running.phases]
@@ -214,44 +243,8 @@ def driven_by(problem: SlowProblem, controller: Controller) -> list[Driven]:
     return driven(loop_steps(problem, controller), list(set_points(problem, controller)))
 
 
-def require_level(goal: Goal, level: Any) -> float | None:
-    """The level as a number; raises InvalidInputError."""
-    if level is not None and goal is Goal.H2:
-        raise InvalidInputError('level belongs to goal="hinf" or "mixed"; the other is linear-quadratic-Gaussian')
-    return None if level is None else positive_scalar("level", level)
-
-
-def slow_design(
-    problem: SlowProblem, signals: Signals, *, goal: Goal, level: float | None, observer: str
-) -> SlowRateResult:
-    """The controller for `goal`; observer: that of the continuous gains which are set beside it."""
-    reached = kalman(problem)[1].upper
-    solution = SlowRateResult.solve(problem, reached, goal=goal, level=level)
-
-    def facts(result: SlowRateResult, loop: PeriodicSystem) -> tuple[Evidence, ...]:
-        noise = gain(problem, noise_to_output(problem, loop)).upper
-        rates = f"sensors {problem.sensors.periods}, inputs {problem.actuators.periods}"
-        mean, rest = root_mean_square(problem, loop), problem.steady
-        continuous: tuple[Evidence, ...] = ()
-        if not (problem.loads or problem.actuators.period > 1 or len(set(problem.sensors.periods)) > 1):
-            continuous_level = of_continuous_gains(problem, observer)
-            how = f"K and L designed in continuous time, observer {observer}; same measure"
-            value = "infinite: unstable" if continuous_level is None else continuous_level
-            continuous = (Evidence("level of the continuous gains", value, how),)
-        return (
-            Evidence("goal", str(goal), GOALS[goal]),
-            Evidence("monodromy radius", loop.spectral_radius(), "largest eigenvalue over one period; stable below 1"),
-            *solution.evidence,
-            Evidence("root mean square", mean, "of (x, u), white noise, periodic Lyapunov equation"),
-            Evidence(
-                "gain from sensor noise to output", noise, "root mean squares, exact; the measure of continuous gains"
-            ),
-            *continuous,
-            Evidence("fast period T", problem.period, "as given", "s"),
-            Evidence("ratios", rates, "as given"),
-            *(() if rest is None else (steady_error(rest, problem.plant, driven_by(problem, result.controller)),)),
-            *beside(problem, result.value, reached),
-        )
-
+def slow_design(problem: SlowProblem, signals: Signals, **aims: Any) -> SlowRateResult:
+    """The controller that `SlowRateResult.solve` finds, analysed."""
+    solution = SlowRateResult.solve(problem, **aims)
     quantity = SlowRateResult.quantity + ("; x and u less what holds the loads" if problem.loads else "")
-    return SlowRateResult.analysed(signals, solution.gains, facts=facts, problem=problem, quantity=quantity)
+    return SlowRateResult.analysed(signals, solution, problem=problem, quantity=quantity)

@@ -9,18 +9,18 @@ X_s is the mean of e e' where the walk is at node s, zero elsewhere. An edge s -
 p (A X_s A' + pi_s B B') to X_t: the error is stable in mean square iff that map, over a period, shrinks.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, reduce
+from typing import Self
 
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.linear.periodic import PeriodicSystem
 from replication.estimation.linear.riccati import symmetric
+from replication.estimation.multirate.kalman import Correction, corrected, sensing
 from replication.estimation.multirate.losses.models import LossModel, Memory
 from replication.estimation.multirate.problem import MultirateProblem, closed_loop, error_under, unseen_mode
 from replication.estimation.validation import Array
@@ -81,7 +81,7 @@ class Automaton:
         """The edges of each phase."""
         return [[i for i, edge in enumerate(self.edges) if edge.phase == phase] for phase in range(self.period)]
 
-    def split(self, chosen: set[int]) -> Automaton:
+    def split(self, chosen: set[int]) -> Self:
         """The same walks, with the chosen nodes told apart by the edge that leads to them."""
         copies: dict[tuple[int, int], int] = {}
         for node in range(len(self.phases)):
@@ -96,7 +96,7 @@ class Automaton:
             for i, edge in enumerate(self.edges)
             for source in of_node[edge.source]
         ]
-        return Automaton(tuple(self.phases[node] for node, _ in copies), tuple(edges))
+        return type(self)(tuple(self.phases[node] for node, _ in copies), tuple(edges))
 
     def without_losses(self) -> Word:
         """The pattern in which every sample comes, from the start on."""
@@ -285,44 +285,36 @@ def mean_square_gains(problem: MultirateProblem, cases: Automaton) -> Array:
     """
     pi, n = visits(cases), problem.plant.order
     X = np.zeros((len(cases.phases), n, n))
+    visited = np.array([edge.probability * pi[edge.source] for edge in cases.edges])
     scale = float(np.trace(problem.plant.drive @ problem.plant.drive.T)) or 1.0
     for _ in range(ROUNDS):
-        previous = X[0].copy(), X
-        for phase in range(problem.schedule.period):
-            X = _corrected_step(problem, cases, pi, X, phase)
+        before = X
+        for ways in cases.by_phase:
+            step, targets = _corrected(problem, cases, pi, X, ways), [cases.edges[i].target for i in ways]
+            X = X.copy()
+            X[targets] = 0.0
+            np.add.at(X, targets, visited[ways, None, None] * symmetric(step.following))
         size = float(np.abs(X).max())
         if not np.isfinite(size) or size > LOST * scale:
             raise InfeasibleError(
                 "too many samples are lost: no gains keep the mean square error finite; lose less, or measure more "
                 "often"
             )
-        if np.abs(X - previous[1]).max() <= SETTLED * size:
-            return np.stack([_gain(problem, edge, X[edge.source], pi[edge.source]) for edge in cases.edges])
+        if np.abs(X - before).max() <= SETTLED * size:
+            return _corrected(problem, cases, pi, X, range(len(cases.edges))).L * (visited > 0)[:, None, None]
     raise SolverError(
         f"the gains under losses did not settle in {ROUNDS} periods: the losses are next to those at which the mean "
         "square error becomes infinite; lose less, or measure more often"
     )
 
 
-def _corrected_step(problem: MultirateProblem, cases: Automaton, pi: Array, X: Array, phase: int) -> Array:
-    following, edges = X.copy(), [cases.edges[i] for i in cases.by_phase[phase]]
-    following[[edge.target for edge in edges]] = 0.0
-    for edge in edges:
-        if pi[edge.source] > 0:
-            A, B = closed_loop(problem.plant, _gain(problem, edge, X[edge.source], pi[edge.source]))
-            following[edge.target] += edge.probability * (A @ X[edge.source] @ A.T + pi[edge.source] * B @ B.T)
-    return symmetric(following)
-
-
-def _gain(problem: MultirateProblem, edge: Edge, X: Array, pi: float) -> Array:
-    """The Kalman gain (n, q) at the mean error X / pi of a node."""
-    plant, rows = problem.plant, list(edge.arrived)
-    gain = np.zeros((plant.order, plant.sensors))
-    if pi > 0 and any(rows):
-        C, D, P = plant.C[rows], plant.D[rows], X / pi
-        cross = plant.A @ P @ C.T + (plant.B_w @ D.T if plant.correlated else 0.0)
-        gain[:, rows] = np.linalg.solve(C @ P @ C.T + D @ D.T, cross.T).T
-    return gain
+def _corrected(problem: MultirateProblem, cases: Automaton, pi: Array, X: Array, ways: Sequence[int]) -> Correction:
+    """Kalman filters at the mean errors X / pi of the nodes that these edges leave."""
+    plant, edges = problem.plant, [cases.edges[i] for i in ways]
+    sources = [edge.source for edge in edges]
+    P = X[sources] / np.where(pi > 0, pi, 1.0)[sources, None, None]
+    sensors = sensing(problem, np.array([edge.arrived for edge in edges]))
+    return corrected(plant.A, plant.drive @ plant.drive.T, sensors, P)
 
 
 def _require_size(cases: Automaton, n: int) -> None:

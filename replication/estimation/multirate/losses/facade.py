@@ -5,11 +5,8 @@ losses.analyse(best, losses.Independent(0.1))      mean square error, exact
 losses.design(best, losses.Markov(0.05, 0.6))      gains that know which samples came
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -50,11 +47,7 @@ from replication.estimation.multirate.losses.running import (
 from replication.estimation.multirate.losses.worst import bracket, found_level, least_gains
 from replication.estimation.multirate.problem import MultirateProblem, disturbances
 from replication.estimation.multirate.result import MultirateResult, rms_error
-from replication.estimation.validation import Array, frozen, positive_integer
-
-if TYPE_CHECKING:
-    import control
-
+from replication.estimation.validation import Array, StateSpace, frozen, positive_integer
 
 AXES = {
     "L": "(case, state, sensor)",
@@ -100,7 +93,7 @@ class LossResult(GainResult):
         """The observer, to run in a loop; its `step` takes None or NaN where a sample did not come."""
         return LossObserver(self.problem, self.automaton, self.gains["L"]).named(self.signals)
 
-    def to_statespace(self) -> control.StateSpace:
+    def to_statespace(self) -> StateSpace:
         """There is none, as the observer switches with the losses; raises InvalidInputError."""
         raise InvalidInputError("an observer that switches with the losses is no StateSpace; run it by observer()")
 

@@ -4,11 +4,9 @@ times (Gilbert, Bell Syst. Tech. J. 39, 1960).
 A model steps from what it remembers of the past to what may come next; `automaton` makes all that may happen of it.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import product
 from math import prod
 from typing import Any
@@ -70,7 +68,7 @@ class LossModel(ABC):
         """The model in words."""
 
 
-@dataclass(frozen=True, init=False)
+@dataclass(frozen=True)
 class InARow(LossModel):
     """At most so many losses in a row, in any pattern; `analyse` then gives the worst case over all of them.
 
@@ -87,14 +85,13 @@ class InARow(LossModel):
         An entry is no whole number from 0 to 50.
     """
 
-    misses: tuple[int, ...]
-    together: bool = False
+    misses: Any
+    together: bool = field(default=False, kw_only=True)
 
-    def __init__(self, misses: int | Sequence[int], *, together: bool = False) -> None:
-        entries = tuple(misses) if isinstance(misses, (Sequence, np.ndarray)) else (misses,)
+    def __post_init__(self) -> None:
+        entries = tuple(self.misses) if isinstance(self.misses, (Sequence, np.ndarray)) else (self.misses,)
         counts = tuple(0 if type(m) is int and m == 0 else at_most("misses", m, MOST_MISSES) for m in entries)
         object.__setattr__(self, "misses", counts)
-        object.__setattr__(self, "together", together)
 
     def options(self, channel: int, state: int) -> list[Option]:
         """Count the losses since the last arrival."""
@@ -105,7 +102,7 @@ class InARow(LossModel):
         return f"at most {_listed(self.misses)} lost in a row{self._packet}"
 
 
-@dataclass(frozen=True, init=False)
+@dataclass(frozen=True)
 class Independent(LossModel):
     """Each sample that is due is lost with a probability, whatever happened before.
 
@@ -122,12 +119,11 @@ class Independent(LossModel):
         A probability is not from 0 to 1.
     """
 
-    probability: tuple[float, ...]
-    together: bool = False
+    probability: Any
+    together: bool = field(default=False, kw_only=True)
 
-    def __init__(self, probability: float | Sequence[float], *, together: bool = False) -> None:
-        object.__setattr__(self, "probability", _probabilities("probability", probability))
-        object.__setattr__(self, "together", together)
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "probability", _probabilities("probability", self.probability))
 
     def options(self, channel: int, state: int) -> list[Option]:
         """Nothing is remembered."""
@@ -138,7 +134,7 @@ class Independent(LossModel):
         return f"each sample is lost with probability {_listed(self.probability)}{self._packet}"
 
 
-@dataclass(frozen=True, init=False)
+@dataclass(frozen=True)
 class Markov(LossModel):
     """Losses that come in bursts: the probability of a loss depends on whether the sample before was lost.
 
@@ -157,16 +153,13 @@ class Markov(LossModel):
         A probability is not from 0 to 1, or `after_loss` is one: a burst would never end.
     """
 
-    after_arrival: tuple[float, ...]
-    after_loss: tuple[float, ...]
-    together: bool = False
+    after_arrival: Any
+    after_loss: Any
+    together: bool = field(default=False, kw_only=True)
 
-    def __init__(
-        self, after_arrival: float | Sequence[float], after_loss: float | Sequence[float], *, together: bool = False
-    ) -> None:
-        object.__setattr__(self, "after_arrival", _probabilities("after_arrival", after_arrival))
-        object.__setattr__(self, "after_loss", _probabilities("after_loss", after_loss))
-        object.__setattr__(self, "together", together)
+    def __post_init__(self) -> None:
+        for name in ("after_arrival", "after_loss"):
+            object.__setattr__(self, name, _probabilities(name, getattr(self, name)))
         if max(self.after_loss) >= 1:
             raise InvalidInputError(
                 "after_loss must be below 1, or a burst never ends; leave out a sensor that is lost"

@@ -1,7 +1,5 @@
 """An observer that counts what was lost, in Python and in C; and simulations under losses."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any

@@ -6,8 +6,6 @@ least such level tends to the gain (Essick, Lee and Dullerud, IEEE Trans. Autom.
 inequality only where the samples that came say nothing, and has its gain in closed form.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property

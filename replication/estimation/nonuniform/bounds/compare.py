@@ -1,7 +1,5 @@
 """What a level over a range of periods is worth: no sensor over all sequences, other estimators at constant periods."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 

@@ -6,8 +6,6 @@ searched from several starts; then runs are interrupted by one sample of the oth
 again, as long as that pays.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial

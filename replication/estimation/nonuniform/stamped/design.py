@@ -17,8 +17,6 @@ Apkarian, Int. J. Robust Nonlinear Control 4 (1994)). The unknowns are X_c and g
 (1999), ch. 4) at the covariance gamma^2 X_c^-1. The periods at which it is asked for are found by exchange.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -67,9 +65,9 @@ class StampedFilter(Estimator):
         """G (n + m, r) after the period h; at the first sample, which has none before it, that of the longest."""
         return np.asarray(self.G[-1 if h is None else np.searchsorted(self.edges, h, side="right")])
 
-    def at(self, h: float) -> StampedFilter:
+    def at(self, h: float) -> Self:
         """One cell."""
-        return StampedFilter(self.gain(h)[None])
+        return type(self)(self.gain(h)[None])
 
     def error_output(self, plant: SampledPlant) -> Array:
         """L."""

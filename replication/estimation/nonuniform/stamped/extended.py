@@ -1,24 +1,26 @@
 """The extended Kalman filter of a nonlinear plant with slow sensors: late, lost, asynchronous samples, a gate, C99.
 
+On time stamps, or at the instants of a base period with sensors that have periods of their own.
+
 It linearises about its estimate, and guarantees nothing: neither that the error stays bounded, nor that the covariance
 is that of the error. Source: A. H. Jazwinski, Stochastic Processes and Filtering Theory (1970), ch. 8.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.export import c_file, source
+from replication.estimation.api.running import RunningObserver, gate_of
 from replication.estimation.linear.riccati import symmetric
-from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant, Recursion, sensor_names
+from replication.estimation.multirate.problem import SensingSchedule
+from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant, Recursion, settle_noise
 from replication.estimation.nonuniform.stamped.running import StampedKalman
 from replication.estimation.nonuniform.stamped.transition import USAGE
-from replication.estimation.validation import Array, as_array, covariance, noise_factors, positive_scalar
+from replication.estimation.validation import Array, as_array, covariance, positive_scalar
 
 STEP, ALIKE = 1e-6, 1e-3
 """Share of a state by which it is moved to compare a Jacobian, and of the largest entry by which it may differ."""
@@ -96,18 +98,9 @@ class NonlinearPlant:
         n, dt, rest = len(x0), positive_scalar("dt", self.dt, unit="s"), np.zeros(self.inputs)
         y = _returned("h", self.h(x0), (np.size(self.h(x0)),))
         q = len(y)
-        noise_factors(np.zeros((n, n)), self.R, None, disturbances=n, sensors=q)  # refuses what is no covariance
-        P0 = np.eye(n) if self.P0 is None else self.P0
-        checked: dict[str, Any] = {
-            "x0": x0,
-            "sensors": sensor_names(self.sensors, q, "entry of h"),
-            "R": covariance("R", self.R, q),
-            "P0": covariance("P0", P0, n),
-            "dt": dt,
-        }
-        if not callable(self.Q):
-            checked["Q"] = covariance("Q", self.Q, n)
-        for name, value in checked.items():
+        settle_noise(self, np.zeros((n, n)), n, q, "entry of h")
+        Q = self.Q if callable(self.Q) else covariance("Q", self.Q, n)
+        for name, value in {"x0": x0, "dt": dt, "Q": Q}.items():
             object.__setattr__(self, name, value)
         covariance("Q(d)", self._spread(np.eye(n), dt), n)
         _compare("F", self.F(x0, rest, dt), lambda x: _returned("f", self.f(x, rest, dt), (n,)), x0)
@@ -237,3 +230,71 @@ It is an extended Kalman filter, and guarantees nothing. You write OBS_f(x, u, d
    after x under the input u that is held, and its Jacobian by x, OBS_ESTIMATES rows; and OBS_h(x, y, jacobian): what
    the sensors measure, and its Jacobian, OBS_MEASUREMENTS rows. Numbers of theirs that are not finite are refused, too.
    """
+
+
+class ExtendedFilter(RunningObserver):
+    """`step(u, y)` at every instant k; it gives x^(k|k). `missed`, `unscheduled` and `gated` count.
+
+    A sample off its schedule is used. Samples that come late need time stamps: `ExtendedKalman`.
+
+    Parameters
+    ----------
+    plant : NonlinearPlant
+        Functions and noise; its dt is the base period.
+    periods : sequence of int, one per sensor
+        Sensing periods, in base periods.
+    offsets : sequence of int, one per sensor
+        First instants; zeros unless given.
+    gate : float, optional
+        Beyond which a measurement is left out: a probability below 1 with which a good one passes, or standard
+        deviations from 1 on.
+
+    Raises
+    ------
+    InvalidInputError
+        The plant is of another kind, the schedule does not fit it, or the gate is none.
+    """
+
+    def __init__(
+        self, plant: NonlinearPlant, periods: Sequence[int], offsets: Sequence[int] = (), gate: float | None = None
+    ) -> None:
+        if not isinstance(plant, NonlinearPlant):
+            raise InvalidInputError(f"plant must be a NonlinearPlant, got {type(plant).__name__}")
+        self.plant, self.schedule, self.gate = plant, SensingSchedule(tuple(periods), tuple(offsets)), gate_of(gate)
+        if self.schedule.sensors != len(plant.sensors):
+            raise InvalidInputError(
+                f"periods are of {self.schedule.sensors}, the plant has {len(plant.sensors)} sensors"
+            )
+        self._run = extended(plant, self.gate)
+        super().__init__(plant.order, plant.inputs, len(plant.sensors))
+
+    def reset(self, estimate: Any = None) -> Array:
+        """Go back to instant 0; the start is that of the plant unless given."""
+        return super().reset(self.plant.x0 if estimate is None else estimate)
+
+    @property
+    def estimate(self) -> Array:
+        """x^(k|k) of the last instant, (n,); the start before any."""
+        return np.array(self._known.x)
+
+    @property
+    def covariance(self) -> Array:
+        """What the filter takes for the covariance of its error, (n, n)."""
+        return np.array(self._known.P)
+
+    def _begin(self, start: Array) -> None:
+        self.gated = 0
+        self._known = self._prior = Estimate(0.0, start, self.plant.P0)
+
+    def _advance(self, u: Array, y: Array) -> None:
+        due, came = self.schedule.mask[self.instant % self.schedule.period], ~np.isnan(y)
+        known = self._run.update(self._prior, y, u)
+        self._prior = replace(self._run.predict(known, self.plant.dt), t=0.0)
+        self._known = Estimate(known.t, known.mean, known.covariance)
+        self.missed += int(np.sum(due & ~came))
+        self.unscheduled += int(np.sum(came & ~due))
+        self.gated += known.gated
+
+    def to_c(self, name: str = "observer", comment: str = "") -> str:
+        """The same file as of `ExtendedKalman`; its time stamps are k dt."""
+        return extended_c(self.plant, self.gate, name, comment)

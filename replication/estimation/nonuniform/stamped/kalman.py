@@ -5,11 +5,9 @@ Where the process noise is held, what a sample tells of it is kept until the nex
 for the smoother, which inverts no covariance of the state.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -19,10 +17,7 @@ from replication.errors import InvalidInputError
 from replication.estimation.api.plants import NOT_GIVEN, LinearPlant, numbered, parts_of
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.nonuniform.stamped.transition import Transition
-from replication.estimation.validation import Array, as_matrix, covariance, noise_factors, undetectable_mode
-
-if TYPE_CHECKING:
-    import control
+from replication.estimation.validation import Array, StateSpace, as_matrix, covariance, noise_factors, undetectable_mode
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,14 +73,10 @@ class NoisyPlant(LinearPlant):
 
     def __post_init__(self) -> None:
         sizes = self.check()
-        n, q = sizes["n"], sizes["q"]
-        noise_factors(self.Q, self.R, self.S, disturbances=n, sensors=q)  # refuses what is no covariance
-        P0 = np.eye(n) if self.P0 is None else self.P0
-        for name, value, size in (("Q", self.Q, n), ("R", self.R, q), ("P0", P0, n)):
-            object.__setattr__(self, name, covariance(name, value, size))
+        settle_noise(self, self.Q, sizes["n"], sizes["q"], "row of C")
+        object.__setattr__(self, "Q", covariance("Q", self.Q, sizes["n"]))
         if self.S is not None:
             object.__setattr__(self, "S", as_matrix("S", self.S))
-        object.__setattr__(self, "sensors", sensor_names(self.sensors, q, "row of C"))
         if (mode := undetectable_mode(self.A, self.C, discrete=False)) is not None:
             raise InvalidInputError(
                 f"no sensor sees the mode {mode:.6g}, which does not decay: its error would grow for ever; measure it, "
@@ -97,10 +88,8 @@ class NoisyPlant(LinearPlant):
         """m, the number of known inputs."""
         return len(self.B_u.T)
 
-    @staticmethod
-    def from_statespace(
-        system: control.StateSpace, Q: Any, R: Any, *, S: Any | None = None, P0: Any = None
-    ) -> NoisyPlant:
+    @classmethod
+    def from_statespace(cls, system: StateSpace, Q: Any, R: Any, *, S: Any | None = None, P0: Any = None) -> Self:
         """From a continuous-time `control.StateSpace` with known inputs u and outputs y, whose labels name the sensors.
 
         Parameters
@@ -123,15 +112,20 @@ class NoisyPlant(LinearPlant):
         parts = parts_of(system, continuous=True, disturbances=())
         if np.any(parts.D_u):
             raise InvalidInputError("the plant must have no feedthrough from u to y: set D to zero, and take y - D u")
-        return NoisyPlant(parts.A, parts.C, Q, R, parts.B_u, S, P0, parts.signals.measurements)
+        return cls(parts.A, parts.C, Q, R, parts.B_u, S, P0, parts.signals.measurements)
 
 
-def sensor_names(labels: Sequence[str] | None, count: int, what: str) -> tuple[str, ...]:
-    """One name for each, y[0], y[1] and so on unless given; raises InvalidInputError."""
-    names = numbered("y", count) if labels is None else () if isinstance(labels, str) else tuple(labels)
-    if len(names) != count or len(set(names)) < count or not all(isinstance(name, str) for name in names):
-        raise InvalidInputError(f"sensors must be {count} different names, one for each {what}, got {labels!r}")
-    return names
+def settle_noise(plant: Any, Q: Any, n: int, q: int, what: str) -> None:
+    """Check and freeze R, P0 (the identity unless given) and the names of the sensors, one for each `what`."""
+    noise_factors(Q, plant.R, plant.S, disturbances=n, sensors=q)  # refuses what is no covariance
+    labels = plant.sensors
+    names = numbered("y", q) if labels is None else () if isinstance(labels, str) else tuple(labels)
+    if len(names) != q or len(set(names)) < q or not all(isinstance(name, str) for name in names):
+        raise InvalidInputError(f"sensors must be {q} different names, one for each {what}, got {labels!r}")
+    P0 = np.eye(n) if plant.P0 is None else plant.P0
+    fields = {"R": covariance("R", plant.R, q), "P0": covariance("P0", P0, n), "sensors": names}
+    for name, value in fields.items():
+        object.__setattr__(plant, name, value)
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,7 +171,7 @@ class Recursion:
     gate: float = 0.0
 
     @classmethod
-    def of(cls, plant: NoisyPlant, gate: float = 0.0) -> Recursion:
+    def of(cls, plant: NoisyPlant, gate: float = 0.0) -> Self:
         """The recursion of a plant."""
         n = plant.order
         white = np.zeros((n, n)) if plant.S is not None else plant.Q

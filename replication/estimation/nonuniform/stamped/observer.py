@@ -1,7 +1,5 @@
 """The filter with time stamps as it runs: `step(y, t=...)` for each sample."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from math import isfinite
@@ -10,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.portable import Portable
+from replication.estimation.api.portable import Portable, known_names
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.stamped.design import StampedFilter
 from replication.estimation.nonuniform.stamped.transition import Transition, c_form
@@ -36,9 +34,7 @@ def as_sample(value: Any, sensors: Sequence[str], *, complete: bool) -> Array:
     complete: all sensors must have. Raises InvalidInputError for a sensor that is not known, or a number that is none.
     """
     if isinstance(value, Mapping):
-        unknown = [name for name in value if name not in sensors]
-        if unknown:
-            raise InvalidInputError(f"no sensor {unknown[0]!r}; the sensors are {', '.join(sensors)}")
+        known_names(value, sensors, "sensor")
         entries = [value.get(name) for name in sensors]
     else:
         entries = list(np.atleast_1d(np.asarray(value, dtype=object)).ravel())

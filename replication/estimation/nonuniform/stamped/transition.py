@@ -6,10 +6,9 @@ Q(2h) = Q(h) + Phi(h) Q(h) Phi(h)'. No exponential of -A is formed, so stiff pla
 IEEE TAC 23 (1978), who takes all three from one exponential).
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 import scipy
@@ -37,7 +36,7 @@ class Transition:
     rate: float
 
     @classmethod
-    def of(cls, A: Array, B: Array, Q: Array) -> Transition:
+    def of(cls, A: Array, B: Array, Q: Array) -> Self:
         """For A (n, n) in 1/s, inputs B (n, m) that are held, and white noise of intensity Q (n, n)."""
         n, m = B.shape
         balanced = scipy.linalg.matrix_balance(A, permute=False)[0]
