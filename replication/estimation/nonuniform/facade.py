@@ -45,7 +45,11 @@ class SampledPlantReader(PlantReader[SampledPlant]):
         self.makes, self.advice = makes, f"; arrays make one: {makes.__name__}(A, B, C, D, L)"
 
     def signals_of(self, plant: SampledPlant) -> Signals:
-        """x[0], y[0], z[0] and so on."""
+        """x[0], y[0], z[0] and so on; raises InvalidInputError for norms over time, for which nothing is designed."""
+        if plant.weighted:
+            raise InvalidInputError(
+                f"levels are of norms over the samples, got a {type(plant).__name__}; give a {self.arrays}"
+            )
         return Signals(numbered("x", plant.order), (), numbered("y", len(plant.C)), numbered("z", len(plant.L)))
 
     def read(self, system: Any, **split: Any) -> tuple[SampledPlant, Signals]:
