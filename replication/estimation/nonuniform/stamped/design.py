@@ -122,7 +122,7 @@ def kalman_filter(plant: SampledPlant, h: float) -> StampedFilter | None:
         P = scipy.linalg.solve_discrete_are(Phi.T, moved.C.T, Gamma @ Gamma.T, noise, s=crossed)
     except np.linalg.LinAlgError:
         return None
-    return innovations_filter(moved, P).in_coordinates(np.linalg.inv(balanced))
+    return innovations_filter(moved, P).in_coordinates(np.asarray(np.linalg.inv(balanced)))
 
 
 def remembered(plant: SampledPlant, h: float) -> tuple[Array, Array]:
