@@ -156,7 +156,7 @@ def result_of(
             fault = f"the gains prove the level {level:.6g}, but on {points + 1} points of the histories {error}"
             raise SolverError(f"{fault}; raise `order` or `margin`") from error
 
-    norm, on_coarse = on(fine), on(coarse).lower
+    norm, on_coarse, error = on(fine), on(coarse).lower, observer.error_model(fine)
     # As it runs, the observer has `order`; the gains themselves attain what finer grids agree on.
     lower = min(norm.lower, *observer.gain_at(np.array([norm.angle]), 3 * fine // 2))
     largest = on_coarse if order == coarse else norm.lower
@@ -173,12 +173,7 @@ def result_of(
         ),
         Evidence("storage, least eigenvalue", galerkin.storage, "Galerkin check; positive"),
         Evidence("dissipation, largest eigenvalue", galerkin.dissipation, "Galerkin check; zero or negative"),
-        Evidence(
-            "error decays at",
-            -spectral_abscissa(observer.error_model(fine)),
-            "rightmost eigenvalue of the closed loop",
-            "1/s",
-        ),
+        Evidence("error decays at", -spectral_abscissa(error), "rightmost eigenvalue of the closed loop", "1/s"),
         *worth(plant_terms(system), level),
     )
     return made(observer, bracket, evidence, proof=certificate, order=order, **shown)

@@ -214,6 +214,7 @@ def test_the_result_is_shown_and_exported():
         ({"measured": 1}, "measured belongs"),
         ({"B_u": [[1.0]]}, "B_u must have 2 rows"),
         ({"cells": 0}, "at least 1"),
+        ({"cells": "many", "periods": (0.2, 0.2)}, "cells must be a whole number, got 'many'"),
         ({"cells": 1000}, "cells must be at most 64, got 1000"),
     ],
 )

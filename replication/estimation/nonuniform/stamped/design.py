@@ -198,7 +198,7 @@ def stamped_design(
 
     Raises InfeasibleError if the level cannot be told from zero or there is none, SolverError if the rounds run out.
     """
-    count = at_most("cells", cells, MOST_CELLS) if periods.h_l < periods.h_u else 1
+    count = min(at_most("cells", cells, MOST_CELLS), MOST_CELLS if periods.h_l < periods.h_u else 1)
     edges = periods.nodes(count + 1)
     T, scale = _coordinates(plant, periods.middle)
     for _ in range(COORDINATES):
