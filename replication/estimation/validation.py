@@ -66,7 +66,7 @@ def _real_array(name: str, value: Any) -> Array:
             if entry is None or isinstance(entry, (str, bytes, np.complexfloating)):
                 raise TypeError(f"{entry!r} is not a number")
         array = entries.astype(float)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise InvalidInputError(f"{name} must be an array of real numbers, got {value!r}: {error}") from None
     if not np.all(np.isfinite(array)):
         where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
@@ -85,7 +85,7 @@ def positive_scalar(name: str, value: Any, *, unit: str = "") -> float:
         if isinstance(value, np.complexfloating):
             raise TypeError
         number = float(value)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InvalidInputError(f"{name} must be a real number, got {value!r}") from None
     if isinstance(value, (bool, np.bool_)) or not np.isfinite(number) or number <= 0:
         raise InvalidInputError(f"{name} must be positive and finite{unit and f' ({unit})'}, got {value!r}")

@@ -30,6 +30,7 @@ from replication.estimation.validation import (
         ([["1", "2"]], "real numbers"),
         (np.array([[1 + 1j]]), "real numbers"),
         ([[{}, 1]], "real numbers"),
+        ([[10**400, 1]], "real numbers, got .*: int too large"),
         (np.array([["1", 2]], dtype=object), "'1' is not a number"),
         (np.array([[np.complex64(1j), 2]], dtype=object), "is not a number"),
         (np.ma.array([[1.0, 2.0]], mask=[[False, True]]), "entries are masked"),
@@ -71,7 +72,7 @@ def test_periods_are_positive_whole_numbers(value: Any) -> None:
     assert positive_integer("N", np.int64(4)) == 4
 
 
-@pytest.mark.parametrize("value", [0, -1.5, float("nan"), float("inf"), True, np.True_, "a", None, 1j, np.complex64(1)])
+@pytest.mark.parametrize("value", [0, -1.5, float("nan"), float("inf"), True, "a", None, 1j, np.complex64(1), 10**400])
 def test_a_scalar_is_positive_and_finite(value: Any) -> None:
     with pytest.raises(InvalidInputError, match="level must be"):
         positive_scalar("level", value)

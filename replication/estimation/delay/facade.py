@@ -15,7 +15,7 @@ from replication.estimation.api.shown import Goal, Simulation, aimed, simulated
 from replication.estimation.delay.exact.loop import decided
 from replication.estimation.delay.general.design import design_general, left_alone, mean_design
 from replication.estimation.delay.plant import DelayPlant, delay_system, require_independent
-from replication.estimation.delay.result import DelayAnalysis, DelayResult, result_of
+from replication.estimation.delay.result import ORDER, DelayAnalysis, DelayResult, result_of
 from replication.estimation.delay.sos.certificate import LeastGain, certificate_at, minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.synthesis import degree_for
@@ -23,8 +23,8 @@ from replication.estimation.validation import StateSpace, at_most, one_of, posit
 
 HIGHEST, FINEST = 12, 200
 """Degree and order beyond which programs and closed loops do not end, or rounding decides them."""
-MARGIN, ORDER = 0.05, 24
-"""Relative distance from the optimum, whose gains have no bound; points of histories."""
+MARGIN = 0.05
+"""Relative distance from the optimum, whose gains have no bound."""
 
 
 def _read(plant: Any, **split: Any) -> tuple[DelayPlant, Signals]:

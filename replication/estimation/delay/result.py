@@ -1,13 +1,13 @@
 """What the gains of a delay observer guarantee, as a result: running observer, error system, plot; and of the plant."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
 
 from replication.drawing.panels import Panel
-from replication.errors import SolverError
+from replication.errors import InfeasibleError, SolverError
 from replication.estimation.api.results import Bracket, Evidence, GainResult
 from replication.estimation.api.shown import Measures, Shown, Traded
 from replication.estimation.delay.exact.loop import error_response, plant_terms
@@ -18,10 +18,12 @@ from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos.certificate import Certificate
 from replication.estimation.delay.sos.observer import DelayGains, HistoryObserver, spectral_abscissa
 from replication.estimation.delay.sos.operators import check, observer_gains
-from replication.estimation.linear.norms import continuous_norm
+from replication.estimation.linear.norms import GainBracket, continuous_norm
 from replication.estimation.validation import Array, StateSpace, frozen
 
 BOTH_ENDS = "closed loop with collocated histories; a certificate by sums of squares"
+ORDER = 24
+"""Points of histories that resolve what gains attain; also how many `design` takes unless told."""
 AGREES = 1e-4
 """Relative excess of the gain of the closed loop over the proved level that is left to rounding and discretisation."""
 DECADES, FREQUENCIES = 2, 200
@@ -138,15 +140,27 @@ def result_of(
     system: DelayPlant, certificate: Certificate, facts: tuple[Evidence, ...], *, order: int, **shown: Any
 ) -> DelayResult:
     """The gains of a certificate, evaluated in the closed loop by a method that shares nothing with the proof."""
-    observer = HistoryObserver(system, observer_gains(certificate))
-    error, coarse = observer.error_model(order), max(2 * order // 3, 1)
-    norm, on_coarse = continuous_norm(*error), continuous_norm(*observer.error_model(coarse)).lower
-    fault = f"but on {order + 1} points they have {norm.lower:.6g}; raise `order` or `margin`"
-    bracket = kept(norm.lower, certificate.gamma, fault, BOTH_ENDS)
+    observer, level = HistoryObserver(system, observer_gains(certificate)), certificate.gamma
+    fine = max(order, ORDER)
+    coarse = min(order, 2 * fine // 3)
+
+    def on(points: int) -> GainBracket:
+        try:
+            return continuous_norm(*observer.error_model(points))
+        except InfeasibleError as error:
+            fault = f"the gains prove the level {level:.6g}, but on {points + 1} points of the histories {error}"
+            raise SolverError(f"{fault}; raise `order` or `margin`") from error
+
+    norm, on_coarse, error = on(fine), on(coarse).lower, observer.error_model(fine)
+    # As it runs, the observer has `order`; the gains themselves attain what finer grids agree on.
+    lower = min(norm.lower, *observer.gain_at(np.array([norm.angle]), 3 * fine // 2))
+    largest = on_coarse if order == coarse else norm.lower
+    fault = f"but on {order + 1} points they have {largest:.6g}; raise `order` or `margin`"
+    bracket = replace(kept(max(largest, lower), level, fault, BOTH_ENDS), lower=min(lower, level))
     galerkin, report = check(certificate), certificate.solution.report
     evidence = (
         *facts,
-        Evidence("lower end attained at", norm.angle, f"closed loop, {order + 1} Chebyshev points", "rad/s"),
+        Evidence("lower end attained at", norm.angle, f"closed loop, {fine + 1} Chebyshev points", "rad/s"),
         Evidence("gain on a coarser grid", on_coarse, f"{coarse + 1} points"),
         Evidence("upper end proved by", f"degree {certificate.degree}, {certificate.rule} rule", "sums of squares"),
         Evidence(
@@ -155,6 +169,6 @@ def result_of(
         Evidence("storage, least eigenvalue", galerkin.storage, "Galerkin check; positive"),
         Evidence("dissipation, largest eigenvalue", galerkin.dissipation, "Galerkin check; zero or negative"),
         Evidence("error decays at", -spectral_abscissa(error), "rightmost eigenvalue of the closed loop", "1/s"),
-        *worth(plant_terms(system), certificate.gamma),
+        *worth(plant_terms(system), level),
     )
     return made(observer, bracket, evidence, proof=certificate, order=order, **shown)

@@ -12,6 +12,7 @@ import scipy
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.plants import LinearPlant, Signals, is_statespace, parts_of
+from replication.estimation.linear.periodic import balanced_units
 from replication.estimation.validation import (
     Array,
     ComplexArray,
@@ -141,10 +142,10 @@ def signals_of(plant: StateSpace | Plant, period: float) -> Signals:
     return Signals(states, tuple(plant.input_labels), tuple(plant.output_labels), states, period)
 
 
-def row_of_output(plant: Plant, output: int) -> int:
-    """`output` if the plant has an output of that number, counted from 0; raises InvalidInputError."""
-    if output not in range(len(plant.C)):
-        raise InvalidInputError(f"output must be a number from 0 to {len(plant.C) - 1}, got {output!r}")
+def row_of_output(plant: Plant, output: int, name: str = "output") -> int:
+    """`output` if the plant has an output of that number, counted from 0; raises InvalidInputError that names it."""
+    if not isinstance(output, (int, np.integer)) or output not in range(len(plant.C)):
+        raise InvalidInputError(f"{name} must be a number from 0 to {len(plant.C) - 1}, got {output!r}")
     return output
 
 
@@ -164,8 +165,8 @@ def dual_rate_design(
     that the input loses by holding over T, or the sensor by sampling at M T.
     """
     design = DualRateDesign(as_plant(plant), feedback, injection, period, ratio)
-    A, C = design.model.A, design.model.C
-    driven = design.model if moved is None else moved
+    A, C = (model := in_units(design.model, units_of(design.model))).A, model.C
+    driven = model if moved is None else in_units(moved, units_of(moved))
     if (mode := undetectable_mode(driven.A.T, driven.B_u.T, discrete=False)) is not None:
         raise InvalidInputError(f"(A, B) is not stabilisable: no input moves the unstable mode {mode:.6g}")
     if (mode := undetectable_mode(A, C, discrete=False)) is not None:
@@ -181,6 +182,18 @@ def dual_rate_design(
             f"{advice}"
         )
     return design
+
+
+def units_of(plant: Plant) -> Array:
+    """Units (n,) of the states in which A, B and C are balanced; what nothing moves, as a load, counts as disturbed."""
+    A, B = plant.A, plant.B_u
+    still = ~np.any(np.hstack([A - np.diag(np.diag(A)), B]), axis=1)
+    return balanced_units(A, np.hstack([B, np.eye(len(A))[:, still]]), plant.C)
+
+
+def in_units(plant: Plant, t: Array) -> Plant:
+    """The plant with x = t x~."""
+    return Plant(plant.A * t / t[:, None], plant.B_u / t[:, None], plant.C * t)
 
 
 def folded_mode(state: Array, output: Array, time: float, *, tolerance: float = 1e-9) -> complex | None:

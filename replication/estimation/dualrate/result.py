@@ -67,8 +67,9 @@ def _weight(name: str, value: Any, default: Array, *, definite: bool = False) ->
 
 
 def _riccati(A: Any, B: Any, Q: Any, R: Any, weights: str) -> Any:
+    units = np.exp2(np.round(-np.log2(np.diag(R)) / 2))
     try:
-        return scipy.linalg.solve_continuous_are(A, B, Q, R)
+        return scipy.linalg.solve_continuous_are(A, B * units, Q, R * np.outer(units, units))
     except (np.linalg.LinAlgError, ValueError) as error:
         raise InfeasibleError(
             f"the Riccati equation for {weights} has no stabilising solution ({error}): every unstable mode must be "

@@ -19,11 +19,11 @@ import scipy
 from replication.errors import InvalidInputError
 from replication.estimation.api.results import Evidence
 from replication.estimation.dualrate.loop import Driven
-from replication.estimation.dualrate.problem import Plant, row_of_output
+from replication.estimation.dualrate.problem import Plant, row_of_output, units_of
 from replication.estimation.validation import Array, finite_vector
 
-STILL, REACHED = 1e-12, 1e-9
-"""Relative size of what moves a load, and of what is missing at rest, that is rounding."""
+STILL, REACHED, ROUNDS = 1e-12, 1e-9, 8
+"""Relative size of what moves a load, and of what is missing at rest, that is rounding; of finding units."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +80,7 @@ def steady_of(plant: Plant, tracked: Any = None) -> Steady | None:
         return None
     count, n, m = len(plant.C), plant.order, plant.B_u.shape[1]
     outputs = range(count) if tracked is None else [tracked] if np.ndim(tracked) == 0 else list(tracked)
-    rows = tuple(row_of_output(plant, output) for output in outputs)
+    rows = tuple(row_of_output(plant, output, "tracked") for output in outputs)
     if len(set(rows)) != len(rows) or not 0 < len(rows) <= m:
         raise InvalidInputError(
             f"{m} inputs hold at most as many outputs at rest, each named once, got {list(rows)}: choose `tracked`"
@@ -140,10 +140,10 @@ def steady_error(steady: Steady, plant: Plant, loop: Sequence[Driven]) -> Eviden
 def _loads(plant: Plant) -> tuple[Array, Array]:
     """F (b, n) with F A = 0 and F B = 0, and the states of which it is the unit matrix."""
     n = plant.order
-    units = scipy.linalg.matrix_balance(plant.A, permute=False, separate=True)[1][0]
-    moved = np.hstack([plant.A * units, plant.B_u])  # columns have units of their own
-    sizes = np.linalg.norm(moved, axis=0)
-    moved = moved[:, sizes > 0.0] / sizes[sizes > 0.0] / units[:, None]
+    units = units_of(plant)
+    moved = np.hstack([plant.A * units, plant.B_u]) / units[:, None]
+    sizes = np.linalg.norm(moved, axis=0)  # columns have units of their own
+    moved = moved[:, sizes > 0.0] / sizes[sizes > 0.0]
     moved /= max(float(np.linalg.norm(moved)), np.finfo(float).tiny)
     left, values, _ = np.linalg.svd(moved)
     kernel = left[:, np.count_nonzero(values > STILL) :].T / units
@@ -156,10 +156,12 @@ def _loads(plant: Plant) -> tuple[Array, Array]:
 
 def _solved(matrix: Array, aims: Array) -> Array | None:
     """The least solution in units in which rows and columns have unit length, or None."""
-    rows = np.linalg.norm(matrix, axis=1, keepdims=True)
-    rows[rows == 0.0] = 1.0
-    columns = np.linalg.norm(matrix / rows, axis=0)
-    columns[columns == 0.0] = 1.0
+    rows, columns = np.ones((len(matrix), 1)), np.ones(matrix.shape[1])
+    for _ in range(ROUNDS):
+        sizes = np.linalg.norm(matrix / rows / columns, axis=1, keepdims=True)
+        rows *= np.where(sizes > 0.0, sizes, 1.0)
+        sizes = np.linalg.norm(matrix / rows / columns, axis=0)
+        columns *= np.where(sizes > 0.0, sizes, 1.0)
     solution = np.linalg.lstsq(matrix / rows / columns, aims / rows, rcond=None)[0] / columns[:, None]
     missing = np.abs(matrix @ solution - aims) / rows
     known = np.abs(matrix / rows) @ np.abs(solution) + np.abs(aims / rows)

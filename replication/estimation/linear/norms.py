@@ -252,7 +252,8 @@ def peak(curve: Curve, crossings_of: Callable[[float], Array], hint: float) -> G
             # Eigenvalues feign a crossing because the peak is flat or the pencil ill-conditioned: test a wider margin.
             margin *= 4
     raise SolverError(
-        f"the peak of the gain was not bracketed in {MAX_ROUNDS} rounds; rescale the states of the system"
+        f"the peak of the gain was not bracketed in {MAX_ROUNDS} rounds: a mode hardly settles, or numbers lie too far "
+        "apart; let it settle faster, or choose other units"
     )
 
 

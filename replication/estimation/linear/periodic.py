@@ -102,7 +102,9 @@ def balanced_units(A: Array, drive: Array, sight: Array) -> Array:
     n, m = drive.shape
     whole = np.zeros((n + m + len(sight),) * 2)
     whole[:n, :n], whole[:n, n : n + m], whole[n + m :, :n] = A, drive, sight
-    return np.asarray(scipy.linalg.matrix_balance(whole, permute=False, separate=True)[1][0][:n])
+    # The scaling may be beyond the integers to which scipy casts a permutation that is not asked for.
+    with np.errstate(invalid="ignore"):
+        return np.asarray(scipy.linalg.matrix_balance(whole, permute=False, separate=True)[1][0][:n])
 
 
 def monodromy(steps: Array) -> Array:

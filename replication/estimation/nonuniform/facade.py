@@ -30,7 +30,14 @@ FORGOTTEN = 1e-12
 
 
 def _read(plant: Any, measured: Any, makes: type[SampledPlant] = SampledPlant) -> tuple[SampledPlant, Signals]:
-    """A continuous-time plant whose outputs are measured, y, or estimated, z, and its names."""
+    """A continuous-time plant whose outputs are measured, y, or estimated, z, and its names.
+
+    Raises InvalidInputError for norms over time, for which nothing is designed.
+    """
+    if getattr(plant, "weighted", False):
+        raise InvalidInputError(
+            f"levels are of norms over the samples, got a {type(plant).__name__}; give a SampledPlant"
+        )
 
     def read(system: Any, measured: Any) -> tuple[SampledPlant, Signals]:
         if measured is None:

@@ -187,12 +187,12 @@ class NonuniformResult(SequenceResult):
     @classmethod
     def solve(cls, plant: SampledPlant, periods: PeriodRange, goal: str) -> Solution:
         """The filter of least level over the range, or the optimum at its middle; raises InvalidInputError."""
+        if not isinstance(goal, str) or goal not in ("robust", "nominal"):
+            raise InvalidInputError(f'goal must be "robust" or "nominal", got {goal!r}')
         if goal == "nominal":
             nominal = riccati_level(plant, periods.middle)
             how = f"Riccati recursion, constant period {periods.middle:g} s"
             return Solution(gains_of(nominal.filter), (Evidence("level of the design", nominal.level, how),))
-        if goal != "robust":
-            raise InvalidInputError(f'goal must be "robust" or "nominal", got {goal!r}')
         balanced = balancing(plant)
         robust = robust_design(plant.in_coordinates(balanced), periods)
         design, report = robust.design, robust.design.report

@@ -131,6 +131,7 @@ DOORS: dict[str, Any] = {"multirate": multirate, "nonuniform": nonuniform, "dual
         ("nonuniform", {"periods": 0.1}, "must be \\(h_l, h_u\\)"),
         ("nonuniform", {"periods": (1, 2, 3)}, "must be \\(h_l, h_u\\)"),
         ("nonuniform", {"plant": CART}, "continuous-time"),
+        ("nonuniform", {"goal": np.array([])}, 'goal must be "robust" or "nominal"'),
         ("nonuniform", {"goal": "best"}, 'goal must be "robust" or "nominal"'),
         ("dualrate", {"observer": ["fast_sensor"]}, "observer must be one of single_rate"),
         ("dualrate", {"process_noise": [[-1, 0], [0, 1]]}, "process_noise must be symmetric and positive semidefinite"),

@@ -9,7 +9,7 @@ import pytest
 from benchmarks import delay_designs
 from papers.peet2019.method import chebyshev_model, riccati_gain
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.delay import DegreeRule, DelayPlant, design, exact_gain, limit
+from replication.estimation.delay import DegreeRule, DelayPlant, delay_system, design, exact_gain, limit
 from replication.estimation.delay.exact import limit as limits
 from replication.estimation.delay.general import design as designs
 from replication.estimation.delay.sos.certificate import certificate_at
@@ -47,6 +47,21 @@ def test_closed_loop_keeps_the_level(
     norms = [continuous_norm(*error_system(system, observer_gains(certificate), order)).upper for order in orders]
     assert best * (1 - 1e-6) <= norms[1] <= certificate.gamma * (1 + 1e-4)  # nothing beats the optimum
     assert norms[0] == pytest.approx(norms[1], rel=1e-3)
+
+
+def test_the_lower_end_is_of_the_gains_whatever_the_grid_and_an_observer_that_a_grid_spoils_is_refused() -> None:
+    """Points of the histories are of the running observer; the gain of a delay system does not hang on them."""
+    plant = delay_system([[-1, 0.2], [0.5, -2]], [[[0, 0], [0.5, 0.2]]], [0.4], np.eye(2), np.eye(2), [[1, 0]])
+    for order in (2, 3, 24):
+        result = design(plant, order=order)
+        attained = result.gains_of.gain_at(np.array([result.fact("lower end attained at").value]), 80)
+        assert attained * (1 - 1e-9) <= result.bracket.lower <= attained * (1 + 1e-12)
+    with pytest.raises(SolverError, match=r"on 2 points they have 0\.766"):
+        design(plant, order=1)
+    unstable = delay_system(
+        [[-0.7, 1.2, 0.2], [1, -1.4, -1], [0.1, -0.7, -0.2]], [-np.eye(3)], [1.6], np.eye(3), np.eye(3), np.eye(2, 3)
+    )
+    assert design(unstable, degree=2, order=2).bracket.lower == design(unstable, degree=2).bracket.lower
 
 
 LAG = Stage(*(np.array([[entry]]) for entry in (-2.0, 1.0, 3.0, 0.0)))

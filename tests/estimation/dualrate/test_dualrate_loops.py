@@ -167,6 +167,36 @@ def test_a_small_unit_of_a_fast_state_hides_nothing_of_a_slow_one(unit: float) -
     np.testing.assert_allclose(*both, rtol=1e-9)
 
 
+@pytest.mark.parametrize("units", [(1e9, 1e-4, 1), (1e-9, 1e5, 1), (1e-4, 1e9, 1e5), (1, 1e9, 1e9), (1, 1, 1e-12)])
+@pytest.mark.parametrize("tracked", [None, 0])
+def test_units_far_apart_hide_no_input_and_no_rest(units: tuple[float, ...], tracked: int | None) -> None:
+    """A cart's place is a chain from the input to the sensor, which no balancing of A alone sees."""
+    *t, u = units
+    for at in ("continuous", "slow"):
+        levels = []
+        for states, unit in ((np.ones(2), 1.0), (np.array(t), u)):
+            A, B, C = np.array([[0, 1], [0, -1]]), np.array([[0], [unit]]), np.array([[1, 0]]) / states
+            plant = make_plant(A * states[:, None] / states, B * states[:, None], C)
+            noise = B @ B.T / unit**2 * np.outer(states, states)
+            levels.append(
+                design(
+                    plant, at=at, input_weight=[unit**2], process_noise=noise, tracked=tracked, period=0.05, ratio=4
+                ).value
+            )
+        assert levels[1] == pytest.approx(levels[0], rel=1e-6)
+
+
+def test_loads_far_from_unity_are_seen() -> None:
+    """A weight in other units still rests, and the gains for it follow its unit."""
+    gains = []
+    for unit in (1.0, 1e-12, 1e9):
+        plant = make_plant([[0, 1, 0], [0, -0.1, unit], [0, 0, 0]], [[0], [1], [0]], [[1, 0, 0]])
+        loop = design(plant, period=0.02, ratio=5, process_noise=[0, 0.1, 0.01 / unit**2])
+        slow = design(plant, period=0.02, ratio=5, at="slow", process_noise=[0, 0.1, 0.01 / unit**2])
+        gains.append([loop.gains["K"][0, 2] / unit, slow.gains["K"][0, 0, 2] / unit, loop.value, slow.value])
+    np.testing.assert_allclose(gains[1:], gains[:1] * 2, rtol=1e-6)
+
+
 def test_an_input_that_moves_nothing_and_a_mode_beyond_all_numbers_end_without_a_warning() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -16,7 +16,7 @@ from replication.estimation.nonuniform.facade import analyse, design_stamped, si
 from replication.estimation.nonuniform.facade import design as design_filter
 from replication.estimation.nonuniform.filters import Filter, periodic_gain
 from replication.estimation.nonuniform.nominal import closed_form, deadbeat_filter, riccati_filter, riccati_level
-from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.plant import DurationPlant, PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import (
     NEGLIGIBLE,
     VIOLATION,
@@ -255,3 +255,17 @@ def test_units_of_the_states_change_no_limit_of_filters_at_one_period():
     plant = SampledPlant(A, B, [[1, 0, 0]], [[0, 0.2]], [[0, 1, 0]])
     plain, moved = (riccati_level(one, 6.0).level for one in (plant, plant.in_coordinates(np.diag([1e-4, 1e5, 1e9]))))
     assert moved == pytest.approx(plain, rel=1e-8)
+
+
+def test_norms_over_time_are_refused_where_only_part_of_a_design_would_follow_them():
+    plant = DurationPlant(**vars(OSCILLATOR))
+    calls = (lambda: design_filter(plant, periods=(0.1, 0.2)), lambda: design_stamped(plant, periods=(0.1, 0.2)))
+    for call in (*calls, lambda: analyse(plant, Filter([[0.5]], [[1]], [[1]]), periods=(0.1, 0.2))):
+        with pytest.raises(InvalidInputError, match="norms over the samples, got a DurationPlant; give a SampledPlant"):
+            call()
+
+
+def test_a_filter_that_hardly_settles_is_told_so():
+    tank = SampledPlant([[-1, 0], [1, -0.5]], [[1, 0], [0, 0]], [[0, 1]], [[0, 0.1]], [[1, 0]])
+    with pytest.raises(SolverError, match="a mode hardly settles"):
+        analyse(tank, Filter([[1 - 1e-9, 0], [0, 0.3]], [[0.1], [0.2]], [[1, 1]]), periods=(0.1, 0.3))

@@ -1,6 +1,7 @@
 """The filter scheduled over the known period: its levels against the robust filter, Riccati, simulation, no sensor."""
 
 import importlib
+import warnings
 from functools import cache
 from unittest.mock import patch
 
@@ -32,6 +33,7 @@ from replication.estimation.nonuniform.stamped.design import (
     LOOSE,
     StampedFilter,
     StampedPlant,
+    kalman_filter,
     prove,
     proved_design,
     stamped_design,
@@ -191,6 +193,7 @@ def test_baselines_are_those_of_the_frequency_response():
         ({"measured": 1}, "measured belongs"),
         ({"B_u": [[1.0]]}, "B_u must have 2 rows"),
         ({"cells": 0}, "at least 1"),
+        ({"cells": "many", "periods": (0.2, 0.2)}, "cells must be a whole number, got 'many'"),
         ({"cells": 1000}, "cells must be at most 64, got 1000"),
     ],
 )
@@ -299,3 +302,15 @@ def test_constant_periods_count_as_sequences_in_the_lower_end() -> None:
         # No bad sequence of that length comes near what a slow plant does in the long run.
         assert attack.level < 0.95 * constant <= found.bracket.lower <= found.bracket.upper
         assert found.fact("lower end attained by").value == "a constant period"
+
+
+def test_what_is_forgotten_between_samples_loses_no_first_guess() -> None:
+    """Samples see the state at rest, [2, 1] w, and the level is that of no sensor; what grows too far is told so."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        tanks = StampedPlant([[-0.5, 1], [0, -1]], [[0, 0], [1, 0]], [[1, 0]], [[0, 0.1]], [[1, 0]])
+        design = stamped_design(tanks, PeriodRange(195.0, 205.0), cells=1)
+        assert design.level == pytest.approx(2.0, rel=1e-5)
+        assert np.allclose(kalman_filter(tanks, 200.0).G[0, :2], [[4 / 4.01], [2 / 4.01]], rtol=1e-9)
+    with pytest.raises(InfeasibleError, match=r"grows by 3.49e\+19; sample faster"):
+        stamped_design(StampedPlant([[0.1]], [[1, 0]], [[1]], [[0, 0.1]], [[1]]), PeriodRange(450.0, 450.0))

@@ -134,9 +134,13 @@ def slow_problem(
         )
     Q, R, W, V = weights
     problem = SlowProblem(plant, T, sensors, actuators, Q, R, W, V, steady_of(plant, tracked))
-    _require_stabilisable(problem)
-    moved = problem.unloaded
-    for name, A, weight in (("state_weight", moved.plant.A, moved.state_weight), ("process_noise", plant.A.T, W)):
+    whole, moved = (in_natural_units(part)[0] for part in (problem, problem.unloaded))
+    _require_stabilisable(whole, moved)
+    weighed = (
+        ("state_weight", moved.plant.A, moved.state_weight),
+        ("process_noise", whole.plant.A.T, whole.process_noise),
+    )
+    for name, A, weight in weighed:
         scale = 1.0 + float(np.linalg.norm(A, 2))
         for mode in hidden_modes(A, weight, tolerance=BOUNDARY):
             # Gains tend to zero there, and never settle.
@@ -182,9 +186,9 @@ def _schedule(name: str, value: Any, count: int, what: str) -> SensingSchedule:
     return SensingSchedule(ratios)
 
 
-def _require_stabilisable(problem: SlowProblem) -> None:
+def _require_stabilisable(problem: SlowProblem, unloaded: SlowProblem) -> None:
     """Popov, Belevitch and Hautus, in continuous time and over a whole period of the schedules."""
-    A, C, moved = problem.plant.A, problem.plant.C, problem.unloaded.plant
+    A, C, moved = problem.plant.A, problem.plant.C, unloaded.plant
     if (mode := undetectable_mode(moved.A.T, moved.B_u.T, discrete=False)) is not None:
         raise InfeasibleError(_proof(f"no input moves the unstable mode {mode:.6g}", "[A - s I, B] loses rank there"))
     if (mode := undetectable_mode(A, C, discrete=False)) is not None:
@@ -193,7 +197,7 @@ def _require_stabilisable(problem: SlowProblem) -> None:
     if (mode := folded_mode(A, np.vstack(list(_seen(problem))), whole)) is not None:
         proof = f"the lifted pair over {whole:g} s fails the rank test there; change a ratio or the period"
         raise InfeasibleError(_proof(f"the sensors, at their instants, do not see the unstable mode {mode:.6g}", proof))
-    if (mode := folded_mode(moved.A.T, np.vstack(list(_moved(problem.unloaded))), whole)) is not None:
+    if (mode := folded_mode(moved.A.T, np.vstack(list(_moved(unloaded))), whole)) is not None:
         proof = f"the lifted pair over {whole:g} s fails the rank test there; change hold or the period"
         raise InfeasibleError(_proof(f"the inputs, as they are held, do not move the unstable mode {mode:.6g}", proof))
 

@@ -110,15 +110,23 @@ class StampedFilter(Estimator):
 
 def kalman_filter(plant: SampledPlant, h: float) -> StampedFilter | None:
     """The stationary Kalman predictor at a constant period, for white w of unit intensity, None if none need exist."""
-    Phi, Gamma = plant.discretise(h)
-    noise, crossed = plant.D @ plant.D.T, Gamma @ plant.D.T
+    balanced = balancing(plant)
+    moved = plant.in_coordinates(balanced)
+    Phi, Gamma = remembered(moved, h)
+    noise, crossed = moved.D @ moved.D.T, Gamma @ moved.D.T
     if np.linalg.matrix_rank(noise) < len(noise):
         return None
     try:
-        P = scipy.linalg.solve_discrete_are(Phi.T, plant.C.T, Gamma @ Gamma.T, noise, s=crossed)
+        P = scipy.linalg.solve_discrete_are(Phi.T, moved.C.T, Gamma @ Gamma.T, noise, s=crossed)
     except np.linalg.LinAlgError:
         return None
-    return innovations_filter(plant, P)
+    return innovations_filter(moved, P).in_coordinates(np.asarray(np.linalg.inv(balanced)))
+
+
+def remembered(plant: SampledPlant, h: float) -> tuple[Array, Array]:
+    """`discretise` of a plant in balanced units without what is forgotten, in which scipy's balancing loses itself."""
+    Phi, Gamma = plant.discretise(h)
+    return np.where(np.abs(Phi) > FORGOTTEN, Phi, 0.0), Gamma
 
 
 def kalman_filters(plant: SampledPlant, periods: Sequence[float]) -> list[StampedFilter]:
@@ -146,6 +154,8 @@ REGULAR = 1e-6
 """Noise added, relative to the disturbance, for a first guess of the error covariance where there may be none."""
 MARGIN = 1e-6
 """Relative distance above the least squared level at which the filter is taken: at it, gains may be infinite."""
+FORGOTTEN = 1e-20
+"""Share of a state that is left at the next sample, in balanced units, that counts as none."""
 LOST = 1e13
 """Condition of the first guess from which on some error is not bounded."""
 NO_LEVEL = (
@@ -186,7 +196,7 @@ def stamped_design(
 
     Raises InfeasibleError if the level cannot be told from zero or there is none, SolverError if the rounds run out.
     """
-    count = at_most("cells", cells, MOST_CELLS) if periods.h_l < periods.h_u else 1
+    count = min(at_most("cells", cells, MOST_CELLS), MOST_CELLS if periods.h_l < periods.h_u else 1)
     edges = periods.nodes(count + 1)
     T, scale = _coordinates(plant, periods.middle)
     for _ in range(COORDINATES):
@@ -281,7 +291,7 @@ def _coordinates(plant: SampledPlant, h: float) -> tuple[Array, float]:
     """T and a unit of z in which the covariance of a Kalman filter's error at the period h is the identity."""
     balanced = balancing(plant)
     moved = plant.in_coordinates(balanced)
-    Phi, Gamma = moved.discretise(h)
+    Phi, Gamma = remembered(moved, h)
     driven = Gamma @ Gamma.T
     driven += REGULAR * np.trace(driven) / len(driven) * np.eye(len(driven))
     noise = moved.D @ moved.D.T
@@ -294,7 +304,8 @@ def _coordinates(plant: SampledPlant, h: float) -> tuple[Array, float]:
         lost = True
     if lost:
         raise InfeasibleError(
-            f"no filter settles at the period {h:.6g} s: the samples do not see every mode that grows; sample faster"
+            f"no filter settles at the period {h:.6g} s: the samples do not see every mode that grows, or rounding "
+            f"loses the others where one grows by {np.abs(np.linalg.eigvals(Phi)).max():.3g}; sample faster"
         )
     scale = float(np.sqrt(np.linalg.eigvalsh(moved.L @ P @ moved.L.T)[-1]))
     return T @ balanced, scale or 1.0
