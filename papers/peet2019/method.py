@@ -109,7 +109,7 @@ def riccati_gain(model: FilterModel) -> float:
     that is not detectable, InfeasibleError if there is no finite γ.
     """
     require_detectable_model(model)
-    return filter_level(model).value
+    return filter_level(model)
 
 
 def open_loop_gain(system: DelayPlant, relative: float = 1e-9) -> GainBracket:

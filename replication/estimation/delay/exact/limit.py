@@ -43,31 +43,21 @@ NOTHING, HIGHEST = 1e-7, 1e9
 """Levels below and beyond it, in units of |C_z| |B| / |A| + |D_z|, count as zero and as infinite."""
 
 
-@dataclass(frozen=True)
-class FilterLevel:
-    """The least level, and the part of it that no smoother goes below."""
-
-    value: float  # The least level
-    smoother: float  # The least level of a filter that knows the future
-
-
-def filter_level(model: FilterModel, start: float = 0.0) -> FilterLevel:
+def filter_level(model: FilterModel, start: float = 0.0) -> float:
     """The least level of the model, 0 where it cannot be told from zero; `start` is a level from which to look."""
     model = regular(model)
     if not len(model.a):
-        level = _direct(model)
-        return FilterLevel(level, level)
+        return _direct(model)
     model = normal_states(whitened(model))[0]
     unit = float(np.hypot(np.linalg.norm(model.cz), np.linalg.norm(model.dz))) or 1.0
-    least = _filter_level(replace(model, cz=model.cz / unit, dz=model.dz / unit), start / unit)
-    return FilterLevel(unit * least.value, unit * least.smoother)
+    return unit * _filter_level(replace(model, cz=model.cz / unit, dz=model.dz / unit), start / unit)
 
 
-def _filter_level(model: FilterModel, start: float) -> FilterLevel:
+def _filter_level(model: FilterModel, start: float) -> float:
     parts = [float(np.linalg.norm(part)) for part in (model.a, model.b, model.cz, model.dz)]
     size = parts[1] * parts[2] / (parts[0] or 1.0) + parts[3]
     if size == 0.0:
-        return FilterLevel(0.0, 0.0)
+        return 0.0
     smoother = _smoother(model, NOTHING * size)
     least = max(smoother * (1.0 + NOISE), NOTHING * size)
     refused = least
@@ -76,8 +66,7 @@ def _filter_level(model: FilterModel, start: float) -> FilterLevel:
         count = 1 + int(np.ceil(np.log(max(size, start, least) / least) / np.log(SWEEP)))
         failing = [level for level in least * SWEEP ** np.arange(1.0, count) if _angle(model, level) <= 0.0]
         if not failing:
-            value = smoother if least > NOTHING * size else 0.0
-            return FilterLevel(value, value)
+            return smoother if least > NOTHING * size else 0.0
         refused = float(failing[-1])
     low, high = _bracket(model, refused, max(start, refused * (1.0 + NOISE)), smoother + size)
     # Where there is no stabilising solution the sign is all that is known.
@@ -86,7 +75,7 @@ def _filter_level(model: FilterModel, start: float) -> FilterLevel:
         low, high = (low, middle) if _angle(model, middle) > 0.0 else (middle, high)
     if high - low > DIGITS * high:
         high = float(scipy.optimize.brentq(lambda level: _angle(model, level), low, high, rtol=DIGITS, xtol=1e-300))
-    return FilterLevel(high, smoother)
+    return high
 
 
 def _bracket(model: FilterModel, least: float, start: float, size: float) -> tuple[float, float]:
@@ -280,7 +269,7 @@ def limit(plant: DelayPlant, tolerance: float = 1e-8) -> Limit:
 def limit_of(plant: PlantTerms, tolerance: float) -> Limit:
     """As `limit`, of a plant that is written as terms and whose unstable modes y sees."""
     bound = smoother_bound(plant)
-    rungs, moving = climbed(plant, lambda model, near: filter_level(model, near).value, bound.level, tolerance)
+    rungs, moving = climbed(plant, filter_level, bound.level, tolerance)
     level = max(rungs[-1][1], bound.level)
     return Limit(level, moving, moving <= tolerance * level, bound.level, bound.frequency, rungs)
 
