@@ -86,7 +86,7 @@ def integrated(spectrum: Function, reach: float, delays: Sequence[float]) -> Arr
         beyond = np.where(ratio < 1.0, 0.0, scipy.special.expit(1.0 / (1.0 - along) - 1.0 / along))
         return ratio, beyond, np.exp(4.0 - 1.0 / (along * (1.0 - along)))
 
-    def averaged(omega: Array) -> Complex:
+    def averaged(omega: Array) -> Complex | Array:
         ratio, _, middle = window(omega)
         return spectrum(omega)[:, None] * np.stack([middle * ratio**k for k in (2, 4)], axis=1)[..., None, None]
 
