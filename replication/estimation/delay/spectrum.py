@@ -5,8 +5,10 @@ Of M(s) = sI - A_0 - ΣA_i e^{-sτ_i}, averages with it, nothing is approximated
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
 import numpy as np
+import scipy
 
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.delay.exact.loop import plant_terms
@@ -48,36 +50,22 @@ def grid(order: int, scheme: Scheme = Scheme.CHEBYSHEV) -> Grid:
         weights = np.full(order + 1, 1.0 / order)
         weights[0] = 0.0
         return Grid(points, slope, weights)
-    angle = np.pi * np.arange(order + 1) / order
-    points = (np.cos(angle) - 1.0) / 2.0
-    scale = np.ones(order + 1)
-    scale[[0, -1]] = 2.0
-    scale *= (-1.0) ** np.arange(order + 1)
-    difference = points[:, None] - points[None, :] + np.eye(order + 1)
-    slope = np.outer(scale, 1.0 / scale) / difference
-    slope -= np.diag(slope.sum(axis=1))
-    # Clenshaw-Curtis weights: exact integrals of the Chebyshev interpolant.
-    modes = np.arange(0, order + 1, 2)
-    moments = 1.0 / (1.0 - modes.astype(float) ** 2)
-    halves = np.where((modes == 0) | (modes == order), 0.5, 1.0)
-    ends = np.ones(order + 1)
-    ends[[0, -1]] = 0.5
-    weights = 2.0 / order * ends * (np.cos(np.outer(angle, modes)) @ (moments * halves))
-    return Grid(points, slope, weights)
+    points = (np.cos(np.pi * np.arange(order + 1) / order) - 1.0) / 2.0
+    nodes, weights = legendre.gauss(order // 2 + 1)
+    return Grid(points, _interpolant(points).derivative(points), weights @ interpolation(points, nodes))
 
 
-def interpolation(net: Grid, point: float) -> Array:
-    """Row (N+1,) that evaluates the interpolant of a Chebyshev grid at `point` of [-1, 0] (barycentric formula)."""
-    distance = point - net.points
-    nearest = int(np.argmin(np.abs(distance)))
-    if abs(distance[nearest]) < 1e-14:
-        row: Array = np.eye(net.points.size)[nearest]
-        return row
-    weights = (-1.0) ** np.arange(net.points.size)
+def _interpolant(points: Array) -> Any:
+    """The polynomial through values at Chebyshev points, as the rows that evaluate it (barycentric formula)."""
+    weights = (-1.0) ** np.arange(points.size)
     weights[[0, -1]] /= 2.0
-    terms = weights / distance
-    row = terms / terms.sum()
-    return row
+    return scipy.interpolate.BarycentricInterpolator(points, np.eye(points.size), wi=weights)
+
+
+def interpolation(points: Array, at: Array | float) -> Array:
+    """Rows (.., N+1) that evaluate the interpolant of values at Chebyshev `points`, `at` points of [-1, 0]."""
+    with np.errstate(invalid="ignore"):  # a point of the grid itself, which the interpolant then treats apart
+        return np.asarray(_interpolant(points)(at))
 
 
 def generator(system: DelayPlant, order: int) -> tuple[Array, Array]:
@@ -87,13 +75,13 @@ def generator(system: DelayPlant, order: int) -> tuple[Array, Array]:
     """
     net, plant = grid(order), plant_terms(system)
     n, longest = system.states, system.delays[-1]
-    rows: Array = np.kron(interpolation(net, 0.0), plant.terms.constant[:, :n]).astype(float)
+    rows: Array = np.kron(interpolation(net.points, 0.0), plant.terms.constant[:, :n]).astype(float)
     for delay, matrix, kernel in plant.terms.spread:
-        rows += np.kron(interpolation(net, -delay / longest), matrix[:, :n])
+        rows += np.kron(interpolation(net.points, -delay / longest), matrix[:, :n])
         if kernel is not None:
             nodes, weights = legendre.gauss(order + len(kernel.series))
-            for lag, weight, value in zip(-nodes, weights, kernel(-nodes), strict=True):
-                rows += np.kron(weight * interpolation(net, -lag * delay / longest), value[:, :n])
+            at = interpolation(net.points, nodes * delay / longest)
+            rows += np.einsum("t,tu,tab->aub", weights, at, kernel(-nodes)[..., :n]).reshape(rows.shape)
     a: Array = np.kron(net.slope / longest, np.eye(n)).astype(float)
     a[:n] = rows[:n]
     return a, rows[n : n + system.outputs]

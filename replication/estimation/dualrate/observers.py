@@ -7,7 +7,7 @@ one whose injection and feedthrough vanish except at phase 0. The first n entrie
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -64,7 +64,7 @@ def held(state: Array, inputs: Array, time: float, forced: ComplexArray | None =
     Shapes: state (n, n), inputs (n, m), forced (n,). Raises InvalidInputError if the exponential overflows.
     """
     n, m = inputs.shape
-    scale = _balance(state.tobytes(), n)
+    scale = scipy.linalg.matrix_balance(state, permute=False, separate=True)[1][0]
     state, inputs = state * scale / scale[:, None], inputs / scale[:, None]
     block = np.zeros((n + m, n + m))
     block[:n, :n], block[:n, n:] = state, inputs
@@ -137,24 +137,11 @@ def sampled_model(
     return SampledModel(predictor, F, G, H, forcing, model.C, design.ratio)
 
 
-@lru_cache(maxsize=256)
-def _balance(state: bytes, n: int) -> Any:
-    """The units in which the entries of a state matrix (n, n) are alike: the same for every time."""
-    return scipy.linalg.matrix_balance(np.frombuffer(state).reshape(n, n), permute=False, separate=True)[1][0]
-
-
 def _exponential(matrix: Any) -> Any:
-    return _exponential_of(matrix.tobytes(), matrix.dtype, len(matrix))
-
-
-@lru_cache(maxsize=1024)
-def _exponential_of(matrix: bytes, kind: Any, n: int) -> Any:
-    """Kept, since the loops of a table share a model and its periods."""
     with np.errstate(over="ignore", invalid="ignore"):
-        power = scipy.linalg.expm(np.frombuffer(matrix, kind).reshape(n, n))
+        power = scipy.linalg.expm(matrix)
     if not np.all(np.isfinite(power)):
         raise InvalidInputError("exp(A T) overflows: the plant grows too fast for this period; choose a shorter period")
-    power.flags.writeable = False
     return power
 
 

@@ -86,15 +86,18 @@ def output_rows(loop: DualRateLoop, substeps: int, output: int = 0) -> OutputRow
     return OutputRows(offsets, rows[:, :n].real, rows[:, n : n + m].real, rows[:, -1])
 
 
-def period_response(loop: DualRateLoop, start: ComplexArray) -> SteadyState:
-    """States at phases 0 … M (M + 1 rows) and inputs at phases 0 … M−1, for z = start at t = 0 and w = exp(st)."""
+def period_response(loop: DualRateLoop, start: ComplexArray, turn: complex | ComplexArray = 1.0) -> SteadyState:
+    """States at phases 0 … M (M + 1 rows) and inputs at phases 0 … M−1, for z = start at t = 0 and w = turn · exp(st).
+
+    Several starts (N, nz) have turns (N, 1).
+    """
     harmonic = command(loop)
     states, inputs = [start], []
     for phase, step in enumerate(loop.steps):
-        w = np.exp(harmonic.exponent * phase * loop.design.period)
+        w = turn * np.exp(harmonic.exponent * phase * loop.design.period)
         r = np.zeros_like(harmonic.amplitude) if harmonic.continuous else harmonic.amplitude * w
-        inputs.append(step.input_state @ states[-1] + step.input_command @ r)
-        states.append(step.state @ states[-1] + step.command @ r + step.forcing * w)
+        inputs.append(states[-1] @ step.input_state.T + r @ step.input_command.T)
+        states.append(states[-1] @ step.state.T + r @ step.command.T + step.forcing * w)
     return SteadyState(np.array(states), np.array(inputs))
 
 
@@ -216,19 +219,17 @@ def time_response(
     harmonic, design, n = command(loop), loop.design, loop.plant.order
     positive_integer("number of slow periods", slow_periods)
     rows = output_rows(loop, substeps, row_of_output(loop.plant, output))
-    starts = slow_states(loop, start_state(loop, start, estimate)[None, :], slow_periods)[:, 0]
     fast = design.period * np.arange(slow_periods * design.ratio, dtype=float).reshape(slow_periods, design.ratio)
-    phasor = np.exp(harmonic.exponent * fast)
-    states, estimates, inputs = [], [], []
-    z = starts
-    for phase, step in enumerate(loop.steps):
-        w = phasor[:, phase, None]
-        r = np.imag(w * harmonic.amplitude) * (not harmonic.continuous)
-        states.append(z[:, :n])
-        estimates.append(z @ step.estimate_state.T)
-        inputs.append(z @ step.input_state.T + r @ step.input_command.T)
-        z = z @ step.state.T + r @ step.command.T + np.imag(w * step.forcing)
-    x, xhat, u = (np.stack(part, axis=1) for part in (states, estimates, inputs))
+    phasor, transition = np.exp(harmonic.exponent * fast), monodromy(loop)
+    gain = period_response(loop, np.zeros(loop.size, complex)).states[-1]
+    starts = [start_state(loop, start, estimate)]
+    for turn in phasor[:-1, 0]:
+        starts.append(transition @ starts[-1] + np.imag(gain * turn))
+    # All is the imaginary part of a complex response, a real start z that of j z.
+    within = period_response(loop, np.array(starts, complex) * 1j, phasor[:, :1])
+    states, u = within.states[:-1].imag, np.swapaxes(within.inputs.imag, 0, 1)
+    x = np.swapaxes(states[..., :n], 0, 1)
+    xhat = np.stack([z @ step.estimate_state.T for z, step in zip(states, loop.steps, strict=True)], axis=1)
     outputs = x @ rows.state.T + u @ rows.input.T + np.imag(phasor[..., None] * rows.forcing)
     time = fast[..., None] + rows.offsets
     return Response(
@@ -252,15 +253,3 @@ def start_state(loop: DualRateLoop, start: Any, estimate: Any) -> Array:
     if has_observer:
         z[n : n + order] = zeta
     return z
-
-
-def slow_states(loop: DualRateLoop, starts: Array, periods: int) -> Array:
-    """Loop states at the slow instants 0 … periods−1 from each row of starts; shape (periods, rows, nz)."""
-    harmonic, transition = command(loop), monodromy(loop)
-    gain = period_response(loop, np.zeros(loop.size, complex)).states[-1]
-    turn = harmonic.exponent * loop.design.slow_period
-    states = np.empty((periods, *starts.shape))
-    states[0] = starts
-    for k in range(1, periods):
-        states[k] = states[k - 1] @ transition.T + np.imag(gain * np.exp(turn * (k - 1)))
-    return states

@@ -19,7 +19,7 @@ from replication.estimation.delay.exact import limit as filtering
 from replication.estimation.delay.exact.central import FilterModel, hamiltonian, ladder_model, shift
 from replication.estimation.delay.exact.limit import _angle, filter_level, limit
 from replication.estimation.delay.exact.loop import plant_terms
-from replication.estimation.delay.exact.smoothing import kalman_level, smoother_gains, worth
+from replication.estimation.delay.exact.smoothing import kalman_level, smoother_bound, smoother_gains, worth
 from tests.estimation.delay import plants
 from tests.estimation.delay.plants import averaged, delayed_output, late, two_late
 
@@ -151,7 +151,7 @@ def test_where_a_filter_leaves_only_a_sign_the_least_level_is_found_by_halving(s
     """Below a share of the least level no equation has a solution, and above it a filter is told by how much."""
     rng = np.random.default_rng(1)
     model = FilterModel(-np.eye(2), rng.normal(size=(2, 3)), np.eye(2), np.zeros((2, 3)), np.eye(1, 2), np.eye(3)[[2]])
-    least = 5.0 * filtering._smoother(model, 1e-7)
+    least = 5.0 * smoother_bound(model.terms).level
 
     def angle(model: FilterModel, level: float) -> float:
         return -1.0 if level < share * least else float(np.arctan(level / least - 1.0)) + 0.1 * (share == 1.0)
@@ -225,4 +225,4 @@ def test_no_filter_has_a_level_below_what_passes_at_once() -> None:
     assert _angle(plant, 0.9) == -1.0
     assert filter_level(plant) >= 1.0
     plain = model(0)  # with eigenvalues on the axis there is no stabilising solution either
-    assert _angle(plain, 0.98 * filtering._smoother(plain, 1e-7)) == -1.0
+    assert _angle(plain, 0.98 * smoother_bound(plain.terms).level) == -1.0

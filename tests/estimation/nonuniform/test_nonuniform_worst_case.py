@@ -19,14 +19,12 @@ from sampled_cases import (
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.nonuniform.bounds import guarantee
-from replication.estimation.nonuniform.bounds import worst_case as sequences
 from replication.estimation.nonuniform.bounds.guarantee import DEGREE, Enclosure, certify, enclose, guaranteed_level
 from replication.estimation.nonuniform.bounds.path_lyapunov import ContextTree, ErrorSystem
 from replication.estimation.nonuniform.bounds.worst_case import (
     error_ratio,
     repeated,
     sequence_gain,
-    sequence_gains,
     simulate_error,
     worst_sequence,
 )
@@ -139,14 +137,15 @@ def test_what_a_hull_misses_is_no_more_than_the_bound_also_where_modes_grow(size
 # Levels for every sequence
 
 
-def test_gain_of_a_sequence_is_the_largest_singular_value():
+@pytest.mark.parametrize("length", [2, 31, 32, 40, 70])
+def test_gain_of_a_sequence_is_the_largest_singular_value(length):
     rng = np.random.default_rng(4)
-    periods = rng.uniform(OSCILLATOR_RANGE.h_l, OSCILLATOR_RANGE.h_u, 40)
+    periods = rng.uniform(OSCILLATOR_RANGE.h_l, OSCILLATOR_RANGE.h_u, length)
     subject = oscillator_filter()
-    columns = [simulate_error(OSCILLATOR, subject, periods, u[:, None])[1:, 0] for u in np.eye(40)]
+    columns = [simulate_error(OSCILLATOR, subject, periods, u[:, None])[1:, 0] for u in np.eye(length)]
     for plant in (OSCILLATOR, BY_DURATION):
         gain, w = sequence_gain(plant, subject, periods)
-        weights = np.sqrt(periods) if plant is BY_DURATION else np.ones(40)
+        weights = np.sqrt(periods) if plant is BY_DURATION else np.ones(length)
         whole = np.append(weights[1:], weights[-1])[:, None] * np.array(columns).T / weights
         assert gain == pytest.approx(np.linalg.norm(whole, 2), rel=1e-10)
         e = simulate_error(OSCILLATOR, subject, periods, w)
@@ -154,27 +153,6 @@ def test_gain_of_a_sequence_is_the_largest_singular_value():
         together = subject.errors(OSCILLATOR, np.array([periods[::-1], periods]), w)
         np.testing.assert_allclose(together[1], e, atol=1e-14)
         assert np.abs(together[0] - e).max() > 0.1 * np.abs(e).max()
-
-
-@pytest.mark.parametrize(
-    ("length", "plant", "looks"),
-    [
-        (2, OSCILLATOR, sequences.LOOKS),
-        (31, BY_DURATION, sequences.LOOKS),
-        (32, OSCILLATOR, sequences.LOOKS),
-        (70, BY_DURATION, sequences.LOOKS),
-        (31, OSCILLATOR, (2,)),  # which settle one by one
-        (70, BY_DURATION, (2,)),
-    ],
-)
-def test_sequences_together_have_the_gains_that_they_have_alone(length, plant, looks, monkeypatch):
-    monkeypatch.setattr(sequences, "LOOKS", looks)
-    monkeypatch.setattr(sequences, "TOGETHER", 3 * length)
-    rng = np.random.default_rng(length)
-    tried = list(rng.uniform(OSCILLATOR_RANGE.h_l, OSCILLATOR_RANGE.h_u, (7, length)))
-    alone = [sequence_gain(plant, oscillator_filter(), one)[0] for one in tried]
-    found = sequence_gains(plant, oscillator_filter(), tried)
-    assert found == pytest.approx(alone, rel=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -77,35 +77,29 @@ def integrated(spectrum: Function, reach: float, delays: Sequence[float]) -> Arr
         edges.append(np.arange(0.0, FAR * reach, max(PER_DELAY / max(delays), 40.0 * FAR * reach / MOST)))
     panels = np.unique(np.concatenate(edges))
 
-    def along(omega: Array) -> Array:
-        """From 0 to 1 over the window, ends left out."""
-        return np.asarray(np.clip(omega / top - 1.0, 1e-3, 1.0 - 1e-3))
+    def window(omega: Array) -> tuple[Array, Array, Array]:
+        """omega over `top`; what rises smoothly from 0 to 1 over the window; a smooth weight inside of it."""
+        ratio = omega / top
+        along = np.clip(ratio - 1.0, 1e-3, 1.0 - 1e-3)  # from 0 to 1 over the window, ends left out
+        beyond = np.where(ratio < 1.0, 0.0, scipy.special.expit(1.0 / (1.0 - along) - 1.0 / along))
+        return ratio, beyond, np.exp(4.0 - 1.0 / (along * (1.0 - along)))
 
-    def beyond(omega: Array) -> Array:
-        """Rises smoothly from 0 to 1 over the window."""
-        return np.asarray(
-            np.where(omega < top, 0.0, scipy.special.expit(1.0 / (1.0 - along(omega)) - 1.0 / along(omega)))
-        )
+    def averaged(omega: Array) -> Complex | Array:
+        ratio, _, middle = window(omega)
+        return spectrum(omega)[:, None] * np.stack([middle * ratio**k for k in (2, 4)], axis=1)[..., None, None]
 
-    def middle(omega: Array) -> Array:
-        """A smooth weight inside the window."""
-        return np.asarray(np.exp(4.0 - 1.0 / (along(omega) * (1.0 - along(omega)))))
+    def weights(omega: Array) -> Array:
+        ratio, beyond, middle = window(omega)
+        return np.stack([middle * ratio**k for k in (-2, 0, 2)] + [beyond * ratio**-k for k in (2, 4)], axis=1)
 
-    def weighted(weight: Callable[[Array], Array]) -> Function:
-        return lambda omega: spectrum(omega) * weight(omega)[:, None, None]
-
-    def of(weight: Callable[[Array], Array]) -> float:
-        return float(_quadrature(lambda omega: weight(omega)[:, None, None], far)[0, 0].real)
-
-    near = _quadrature(weighted(lambda omega: 1.0 - beyond(omega)), panels)
+    near = _quadrature(lambda omega: spectrum(omega) * (1.0 - window(omega)[1])[:, None, None], panels)
     # There the spectrum is m_1 (top/omega)^2 + m_2 (top/omega)^4 on the average: two averages tell m.
     # What is below the digits of the whole is rounding there.
-    size = float(np.abs(near).max())
-    averages = [_quadrature(weighted(lambda omega, k=k: middle(omega) * (omega / top) ** k), far, size) for k in (2, 4)]  # type: ignore[misc]
-    sizes = [of(lambda omega, k=k: middle(omega) * (omega / top) ** k) for k in (-2, 0, 2)]  # type: ignore[misc]
-    parts = np.linalg.solve([sizes[1::-1], sizes[:0:-1]], np.stack(averages).reshape(2, -1)).reshape(2, *near.shape)
-    rest = [of(lambda omega, k=k: beyond(omega) * (top / omega) ** k) + top / (k - 1) / 2.0 ** (k - 1) for k in (2, 4)]  # type: ignore[misc]
-    return np.asarray((near + np.tensordot(rest, parts, axes=1)).real / np.pi)
+    averages = _quadrature(averaged, far, float(np.abs(near).max()))
+    low, mid, high, *rest = _quadrature(weights, far).real
+    parts = np.linalg.solve([[mid, low], [high, mid]], averages.reshape(2, -1)).reshape(averages.shape)
+    tail = np.add(rest, [top / 2.0, top / 24.0])  # beyond the window
+    return np.asarray((near + np.tensordot(tail, parts, axes=1)).real / np.pi)
 
 
 def _quadrature(function: Function, edges: Array, size: float = 0.0) -> Complex:
@@ -123,8 +117,9 @@ def _quadrature(function: Function, edges: Array, size: float = 0.0) -> Complex:
         coarse, fine = (_on_panels(function, left, right, points) for points in (COARSE, FINE))
         if allowed < 0.0:
             allowed = DIGITS * max(float(np.abs(fine.sum(axis=0)).max()), size) / left.size
-        mask = np.abs(fine - coarse).max(axis=(1, 2)) <= np.maximum(allowed, 1e-13 * np.abs(fine).max(axis=(1, 2)))
-        mask |= ~np.isfinite(fine).all(axis=(1, 2))
+        axes = tuple(range(1, fine.ndim))
+        mask = np.abs(fine - coarse).max(axis=axes) <= np.maximum(allowed, 1e-13 * np.abs(fine).max(axis=axes))
+        mask |= ~np.isfinite(fine).all(axis=axes)
         total = total + fine[mask].sum(axis=0)
         left, right = left[~mask], right[~mask]
         middle = (left + right) / 2.0
@@ -133,11 +128,11 @@ def _quadrature(function: Function, edges: Array, size: float = 0.0) -> Complex:
 
 
 def _on_panels(function: Function, left: Array, right: Array, points: int) -> Complex:
-    """The integral over each panel (M, p, p) by Gauss' rule."""
+    """The integral over each panel (M, ..) by Gauss' rule."""
     nodes, weights = legendre.leggauss(points)
     half = (right - left) / 2.0
     values = function(((left + half)[:, None] + half[:, None] * nodes).ravel())
-    return np.asarray(np.einsum("t,m,mtab->mab", weights, half, values.reshape(len(left), points, *values.shape[1:])))
+    return np.asarray(np.einsum("t,m,mt...->m...", weights, half, values.reshape(len(left), points, *values.shape[1:])))
 
 
 def _squared(maps: Complex) -> Complex:

@@ -8,7 +8,6 @@ again, as long as that pays.
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 import scipy
@@ -19,11 +18,10 @@ from replication.estimation.nonuniform.filters import Estimator
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods, weights_of
 from replication.estimation.validation import Array, as_array, positive_integer
 
-# The gain of given sampling sequences, one to the last digit or many at once to those that a search needs.
+# The gain of given sampling sequences, to the last digit or to those that a search needs.
 #
 # The gain of h_0 ... h_{K-1} is the largest singular value of the map from w_0 ... w_{K-1} to e_1 ... e_K. The map is
-# applied by blocks of samples, each of which is one matrix, and a banded triangular system in the states between them;
-# sequences that are asked for together are one long sequence that starts from rest several times.
+# applied by blocks of samples, each of which is one matrix, and a banded triangular system in the states between them.
 
 SEARCH_TOLERANCE = 1e-4
 FINAL_TOLERANCE = 1e-10
@@ -32,10 +30,6 @@ DENSE, RESTARTS = 2000, 200
 """Disturbances of at most so many numbers come from a singular value decomposition if Lanczos restarts more often."""
 BLOCK = 32
 """Samples, a power of two, whose map is one matrix."""
-TOGETHER = 4096
-"""Numbers of the disturbances of one batch, which then stay in the cache of the processor."""
-LOOKS = (10, 14, 18, 24, 32, 42, 56, 75, 100, 135, 180)
-"""After so many Lanczos steps the gains of a batch are looked at; those not known then are found one by one."""
 
 
 def sequence_gain(
@@ -49,8 +43,8 @@ def sequence_gain(
     periods = as_periods("periods", periods)
     if len(periods) < 2:
         raise InvalidInputError(f"periods must have at least two entries, got {len(periods)}; repeat the period")
-    filter_.error_output(plant)
-    (root,), blocks = _blocks(plant, filter_, [periods])
+    root = np.sqrt(weights_of(plant, periods))[:, None]
+    blocks = _blocks(plant, filter_, periods, root)
     count, numbers = root.size * plant.B.shape[1], blocks.inner[:, 0].size
     operator = scipy.sparse.linalg.LinearOperator((numbers, numbers), matvec=blocks.normal, dtype=float)
     # A fixed first guess, and fixed ones after a restart, make the result reproducible.
@@ -69,31 +63,17 @@ def sequence_gain(
     return float(np.linalg.norm(blocks.forward(w))), np.asarray(w[:count].reshape(len(periods), -1) / root)
 
 
-def sequence_gains(plant: SampledPlant, filter_: Estimator, sequences: Sequence[Array]) -> list[float]:
-    """The gains of sequences of one length to SEARCH_TOLERANCE."""
-    size = max(1, TOGETHER // (len(sequences[0]) * plant.B.shape[1]))
-    alone = partial(sequence_gain, plant, filter_, tolerance=SEARCH_TOLERANCE)
-    gains: list[float] = []
-    for start in range(0, len(sequences), size):
-        some = sequences[start : start + size]
-        squares, known = _largest(_blocks(plant, filter_, some)[1], len(some), len(some[0]))
-        for periods, square, settled in zip(some, squares, known, strict=True):
-            gains.append(float(np.sqrt(square)) if settled else alone(periods)[0])
-    return gains
-
-
 @dataclass(frozen=True)
 class _Blocks:
-    """The map of sequences after one another, S of them, with J blocks of L samples.
+    """The map of a sequence by J blocks of L samples.
 
     band: the system that gives the states after each block, for LAPACK; inner (J, N, L m): what the disturbances of a
-    block add to the state after it; errors (J, L s, N + L m): its errors; rest (J,): whether it starts from rest.
+    block add to the state after it; errors (J, L s, N + L m): its errors.
     """
 
     band: Array
     inner: Array
     errors: Array
-    rest: Array
 
     def solved(self, right: Array, trans: str = "N") -> Array:
         """States, or costates, from what is added to them."""
@@ -106,7 +86,6 @@ class _Blocks:
         known = np.zeros((count, size + width, 1))
         known[:, size:, 0] = w.reshape(count, width)
         known[1:, :size, 0] = self.solved(self.inner @ known[:, size:])[:-1]
-        known[self.rest, :size] = 0.0
         return np.asarray(self.errors @ known)
 
     def normal(self, w: Array) -> Array:
@@ -114,74 +93,29 @@ class _Blocks:
         size = self.inner.shape[1]
         pulled = np.swapaxes(self.errors, 1, 2) @ self.forward(w)
         costs = np.zeros((len(pulled), size))
-        costs[:-1] = np.where(self.rest[1:, None], 0.0, pulled[1:, :size, 0])
+        costs[:-1] = pulled[1:, :size, 0]
         return np.asarray((pulled[:, size:, 0] + (self.solved(costs, "T")[:, None] @ self.inner)[:, 0]).ravel())
 
 
-def _blocks(plant: SampledPlant, filter_: Estimator, sequences: Sequence[Array]) -> tuple[list[Array], _Blocks]:
-    """For each of the sequences, all of one length, the roots (K, 1) of its weights; and their map."""
-    length, output = len(sequences[0]), filter_.error_output(plant)
-    upper = np.split(plant.transitions(np.concatenate(sequences))[:, : plant.order], len(sequences))
-    roots = [np.sqrt(weights_of(plant, periods))[:, None] for periods in sequences]
-    moves, errors = [], []
-    for periods, rows, root in zip(sequences, upper, roots, strict=True):
-        steps, drives = filter_.steps_along(plant, periods, rows)
-        moves.append(np.concatenate([steps, drives / root[:, :, None]], axis=2))
-        errors.append(output * np.vstack([root[1:], root[-1:]])[:, :, None] @ moves[-1])
-    missing = ((0, 0), (0, -length % BLOCK), (0, 0), (0, 0))
-    maps, outputs = _doubled(np.pad(moves, missing), np.pad(errors, missing))
-    count, size = maps.shape[1], maps.shape[2]
-    rest = np.arange(len(sequences) * count) % count == 0
-    maps, outputs = (part.reshape(-1, *part.shape[2:]) for part in (maps, outputs))
-    return roots, _Blocks(_banded(maps[:, :, :size], rest), maps[:, :, size:], outputs, rest)
-
-
-def _doubled(moves: Array, errors: Array) -> tuple[Array, Array]:
-    """From one sample (S, K, N, N + m) and its errors (S, K, s, N + m) to BLOCK samples at a time."""
-    size = moves.shape[2]
-    for _ in range(BLOCK.bit_length() - 1):
-        before, after, early, late = moves[:, ::2], moves[:, 1::2], errors[:, ::2], errors[:, 1::2]
-        fresh = np.zeros((*early.shape[:3], late.shape[3] - size))
-        moves = np.concatenate([after[..., :size] @ before, after[..., size:]], axis=3)
-        late = np.concatenate([late[..., :size] @ before, late[..., size:]], axis=3)
-        errors = np.concatenate([np.concatenate([early, fresh], axis=3), late], axis=2)
-    return moves, errors
-
-
-def _banded(steps: Array, rest: Array) -> Array:
-    """The matrix that takes x_1 ... x_J to x_{j+1} - A_j x_j, without A_j where x_j starts from rest, and whose
-    diagonal is one: its lower band, for LAPACK."""
-    count, size, _ = steps.shape
-    band = np.zeros((2 * size, count, size))
+def _blocks(plant: SampledPlant, filter_: Estimator, periods: Array, root: Array) -> _Blocks:
+    """The map of a sequence; root (K, 1): of its weights."""
+    output = filter_.error_output(plant)
+    steps, drives = filter_.steps_along(plant, periods, plant.transitions(periods)[:, : plant.order])
+    moves = np.concatenate([steps, drives / root[:, :, None]], axis=2)
+    errors = output * np.vstack([root[1:], root[-1:]])[:, :, None] @ moves
+    missing = ((0, -len(periods) % BLOCK), (0, 0), (0, 0))
+    moves, errors, size = np.pad(moves, missing), np.pad(errors, missing), steps.shape[1]
+    for _ in range(BLOCK.bit_length() - 1):  # twice as many samples at a time
+        before, after, early, late = moves[::2], moves[1::2], errors[::2], errors[1::2]
+        fresh = np.zeros((*early.shape[:2], late.shape[2] - size))
+        moves = np.concatenate([after[..., :size] @ before, after[..., size:]], axis=2)
+        late = np.concatenate([late[..., :size] @ before, late[..., size:]], axis=2)
+        errors = np.concatenate([np.concatenate([early, fresh], axis=2), late], axis=1)
+    # The lower band of the matrix that takes x_1 ... x_J to x_{j+1} - A_j x_j, whose diagonal is one.
+    band = np.zeros((2 * size, len(moves), size))
     row, column = np.indices((size, size))
-    band[size + row - column, :-1, column] = -np.moveaxis(np.where(rest[1:, None, None], 0.0, steps[1:]), 0, -1)
-    return band.reshape(2 * size, count * size)
-
-
-def _largest(blocks: _Blocks, count: int, length: int) -> tuple[Array, Array]:
-    """The squared gain of each sequence, and whether it is known to SEARCH_TOLERANCE, by Lanczos steps of them all."""
-    width = len(blocks.inner) // count * BLOCK
-    now = np.zeros((count, width, blocks.inner.shape[2] // BLOCK))
-    now[:, :length] = np.random.default_rng(0).standard_normal(now[0, :length].shape)
-    now = now.reshape(count, -1) / np.linalg.norm(now.reshape(count, -1), axis=1)[:, None]
-    last, beta = np.zeros_like(now), np.zeros(count)
-    tridiagonal = np.zeros((count, 2, LOOKS[-1]))
-    for step in range(LOOKS[-1]):
-        following = blocks.normal(now).reshape(now.shape) - beta[:, None] * last
-        alpha = np.einsum("sk,sk->s", following, now)
-        following -= alpha[:, None] * now
-        beta = np.linalg.norm(following, axis=1)
-        tridiagonal[:, :, step] = np.stack([alpha, beta], axis=1)
-        if (size := step + 1) in LOOKS:
-            # The largest eigenvalue of each, and its vector.
-            tops = [scipy.linalg.lapack.dstemr(*rows[:, :size].copy(), 2, 0.0, 0.0, size, size) for rows in tridiagonal]
-            values = np.array([value[0] for _, value, _, _ in tops])
-            known = beta * np.abs([vector[-1, 0] for _, _, vector, _ in tops]) <= SEARCH_TOLERANCE * values
-            if np.all(known):
-                break
-        # A sequence whose space is used up goes on with zeros.
-        last, now = now, following / np.where(beta > 0, beta, 1.0)[:, None]
-    return values, known
+    band[size + row - column, :-1, column] = -np.moveaxis(moves[1:, :, :size], 0, -1)
+    return _Blocks(band.reshape(2 * size, -1), moves[:, :, size:], errors)
 
 
 Runs = tuple[int, ...]
@@ -241,11 +175,14 @@ def worst_sequence(
     InfeasibleError if A_f is not Schur stable (the gain is infinite).
     """
     filter_.require_settling(plant)
-    gains = partial(sequence_gains, plant, filter_)
+
+    def gain(sequence: Array) -> float:
+        return sequence_gain(plant, filter_, sequence, tolerance=SEARCH_TOLERANCE)[0]
+
     last = positive_integer("final_horizon", horizon if final_horizon is None else final_horizon)
-    best = best_runs(Search(gains, periods, horizon))
+    best = best_runs(Search(gain, periods, horizon))
     if last != horizon:
-        best = adjusted(best, Search(gains, periods, last))
+        best = adjusted(best, Search(gain, periods, last))
     sequence = repeated(periods, best, last)
     _, w = sequence_gain(plant, filter_, sequence)
     e = simulate_error(plant, filter_, sequence, w)
@@ -260,22 +197,24 @@ def error_ratio(plant: SampledPlant, periods: Array, w: Array, e: Array) -> floa
 
 
 class Search:
-    """The gains of runs that are repeated over `horizon` samples, found once, and together where several are tried."""
+    """The gains of runs that are repeated over `horizon` samples, found once."""
 
-    def __init__(self, gains: Callable[[Sequence[Array]], list[float]], periods: PeriodRange, horizon: int) -> None:
-        """gains: what those of sequences are."""
-        self._gains, self._periods, self.horizon = gains, periods, horizon
+    def __init__(self, gain: Callable[[Array], float], periods: PeriodRange, horizon: int) -> None:
+        """gain: what that of a sequence is."""
+        self._gain, self._periods, self.horizon = gain, periods, horizon
         self._known: dict[bytes, float] = {}
 
     def best(self, tried: Iterable[Runs]) -> tuple[float, Runs]:
         """The largest gain, and the first runs that have it."""
-        sequences = {runs: repeated(self._periods, runs, self.horizon) for runs in tried}
-        new = {sequence.tobytes(): sequence for sequence in sequences.values() if sequence.tobytes() not in self._known}
-        if new:
-            self._known |= dict(zip(new, self._gains(list(new.values())), strict=True))
-        values = {runs: self._known[sequence.tobytes()] for runs, sequence in sequences.items()}
+        values = {runs: self._value(repeated(self._periods, runs, self.horizon)) for runs in tried}
         best = max(values, key=values.__getitem__)
         return values[best], best
+
+    def _value(self, sequence: Array) -> float:
+        key = sequence.tobytes()
+        if key not in self._known:
+            self._known[key] = self._gain(sequence)
+        return self._known[key]
 
 
 def best_runs(search: Search) -> Runs:
@@ -286,7 +225,6 @@ def best_runs(search: Search) -> Runs:
     horizon = search.horizon
     families: list[list[Runs]] = [[(0, 1)], [(1, 0)]]
     families += [[(burst, rest) for burst in (1, 4, 16)] for rest in (1, horizon // 16, horizon)]
-    search.best(runs for family in families for runs in family)
     value, best = search.best([adjusted(search.best(family)[1], search) for family in families])
     while len(best) < MAX_RUNS:
         finer = adjusted(search.best(_interrupted(best))[1], search)
