@@ -27,8 +27,8 @@ REAL = 1e-9
 """Imaginary part below which a root counts as real."""
 DIAGONAL_RANGE = (0.5, 1.5)
 """Diagonal entries of A that are tried; those of eq. (41) lie inside."""
-TOGETHER, AT_ONCE = 64, 64
-"""First rows of C for which the traces are found together; matrices C whose misfit is."""
+AT_ONCE = 64
+"""Matrices C whose misfit is found together."""
 
 
 def recover_poles(printed_A: Matrix, stated_poles: Poles, step: float) -> Json:
@@ -150,16 +150,12 @@ def _trace_misfits(A: Array, gains: Array, bound: int, target: tuple[Array, Arra
     rows = np.array([*np.ndindex(*(2 * bound + 1,) * n)]) - float(bound)
     nodes, at = (np.prod(points[:, None] ** powers, axis=2) for points in (powers.astype(float), rows))
     weights = np.linalg.solve(nodes.T, at.T).T
-    others = np.array([*np.ndindex(*(len(rows),) * (q - 1))], dtype=int)
-    lowest = []
-    for some in np.split(rows[others], range(TOGETHER, len(others), TOGETHER)):
-        before = np.repeat(some[:, None], len(powers), axis=1)
-        last = np.broadcast_to(powers[:, None], (len(some), len(powers), 1, n))
-        parts = _trace(A, gains, np.concatenate([before, last], axis=2).reshape(-1, q, n))
-        trace, *gradients = (weights @ part.reshape(len(some), len(powers), -1) for part in parts)
-        reach = target[1][0] + HALF_UNIT_GAIN * sum(np.abs(gradient).sum(axis=2) for gradient in gradients)
-        lowest.append(np.abs(-trace[..., 0] - target[0][0]) / reach)
-    return np.concatenate(lowest).ravel()
+    others = rows[np.array([*np.ndindex(*(len(rows),) * (q - 1))], dtype=int)]
+    last = np.broadcast_to(powers[:, None], (len(others), len(powers), 1, n))
+    C = np.concatenate([np.repeat(others[:, None], len(powers), axis=1), last], axis=2)
+    trace, *gradients = (part.reshape(*C.shape[:2], -1) for part in _trace(A, gains, C.reshape(-1, q, n)))
+    reach = target[1][0] + HALF_UNIT_GAIN * sum(np.abs(weights @ gradient).sum(axis=2) for gradient in gradients)
+    return np.asarray(np.abs(-(weights @ trace)[..., 0] - target[0][0]) / reach).ravel()
 
 
 def _trace(A: Array, gains: Array, C: Array) -> list[Array]:
