@@ -56,7 +56,7 @@ def as_array(name: str, value: Any, shape: tuple[int, ...], *, axes: str = "") -
 
 def _real_array(name: str, value: Any) -> Array:
     try:
-        if np.ma.is_masked(value):
+        if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
             raise TypeError("entries are masked")
         entries = np.array(value)
         # A cast would drop imaginary parts, and read digits out of text, without a word.
@@ -68,15 +68,16 @@ def _real_array(name: str, value: Any) -> Array:
         array = entries.astype(float)
     except (TypeError, ValueError, OverflowError) as error:
         raise InvalidInputError(f"{name} must be an array of real numbers, got {value!r}: {error}") from None
-    if not np.all(np.isfinite(array)):
+    largest = np.abs(array).max(initial=0.0)
+    if largest <= LARGEST:  # no NaN is
+        return array
+    if not np.isfinite(largest):
         where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         raise InvalidInputError(f"{name} must be finite, entry {where} is {array[where]}; remove NaN and infinities")
-    if array.size and np.max(np.abs(array)) > LARGEST:
-        raise InvalidInputError(
-            f"{name} has an entry of size {np.max(np.abs(array)):.3g}, and its products leave the range of numbers; "
-            f"choose other units, in which none exceeds {LARGEST:g}"
-        )
-    return array
+    raise InvalidInputError(
+        f"{name} has an entry of size {largest:.3g}, and its products leave the range of numbers; "
+        f"choose other units, in which none exceeds {LARGEST:g}"
+    )
 
 
 def positive_scalar(name: str, value: Any, *, unit: str = "") -> float:

@@ -27,8 +27,8 @@ REAL = 1e-9
 """Imaginary part below which a root counts as real."""
 DIAGONAL_RANGE = (0.5, 1.5)
 """Diagonal entries of A that are tried; those of eq. (41) lie inside."""
-TOGETHER, AT_ONCE = 4096, 64
-"""Matrices C whose traces are found together; those whose misfit is."""
+AT_ONCE = 64
+"""Matrices C whose misfit is found together."""
 
 
 def recover_poles(printed_A: Matrix, stated_poles: Poles, step: float) -> Json:
@@ -104,8 +104,7 @@ def recover_outputs(A: Matrix, printed_gains: list[Matrix], stated_error_poles: 
     def candidates(places: Any) -> Array:
         return np.stack(np.unravel_index(places, shape), axis=-1).reshape(-1, *gains[0].T.shape) - float(bound)
 
-    chunks = np.split(np.arange(tried), range(TOGETHER, tried, TOGETHER))
-    lowest = np.concatenate([_trace_misfit(state, gains, candidates(places), target) for places in chunks])
+    lowest = _trace_misfits(state, gains, bound, target)
     order = np.argsort(lowest)
     best: list[tuple[float, int, Array]] = []
     fits = start = 0
@@ -141,18 +140,34 @@ def error_poles(A: npt.ArrayLike, gains: npt.ArrayLike, C: npt.ArrayLike) -> lis
     return [[float(p.real), float(p.imag)] for p in sorted(poles, key=lambda p: (-abs(p), -p.imag))]
 
 
-def _trace_misfit(A: Array, gains: Array, C: Array, target: tuple[Array, Array]) -> Array:
-    """Misfit of the trace of A_e, from its exact gradient, for each C (m, q, n)."""
+def _trace_misfits(A: Array, gains: Array, bound: int, target: tuple[Array, Array]) -> Array:
+    """Misfit of the trace of A_e for every C, the last row the fastest: for given other rows, trace and gradient are
+    polynomials in the last one, of a degree for each step that measures it, and are interpolated.
+    """
+    n, q = gains.shape[1:]
+    degree = int(_measured(gains)[:, -1].sum())
+    powers = np.array([power for power in np.ndindex(*(degree + 1,) * n) if sum(power) <= degree])
+    rows = np.array([*np.ndindex(*(2 * bound + 1,) * n)]) - float(bound)
+    nodes, at = (np.prod(points[:, None] ** powers, axis=2) for points in (powers.astype(float), rows))
+    weights = np.linalg.solve(nodes.T, at.T).T
+    others = rows[np.array([*np.ndindex(*(len(rows),) * (q - 1))], dtype=int)]
+    last = np.broadcast_to(powers[:, None], (len(others), len(powers), 1, n))
+    C = np.concatenate([np.repeat(others[:, None], len(powers), axis=1), last], axis=2)
+    trace, *gradients = (part.reshape(*C.shape[:2], -1) for part in _trace(A, gains, C.reshape(-1, q, n)))
+    reach = target[1][0] + HALF_UNIT_GAIN * sum(np.abs(weights @ gradient).sum(axis=2) for gradient in gradients)
+    return np.asarray(np.abs(-(weights @ trace)[..., 0] - target[0][0]) / reach).ravel()
+
+
+def _trace(A: Array, gains: Array, C: Array) -> list[Array]:
+    """The trace of A_e for each C (m, q, n), and its exact gradient by each column of a gain that is not zero."""
     factors, N = A - gains @ C[:, None], len(gains)
     before, after = [np.eye(len(A))], [np.eye(len(A))]
     for k in range(N - 1):
         before.append(factors[:, k] @ before[-1])
         after.append(after[-1] @ factors[:, N - 1 - k])
     # d tr(A_e) = -tr(C (A_e(k-1) ... A_e0) (A_e(N-1) ... A_e(k+1)) dL_k)
-    gradients = np.stack([C @ before[k] @ after[N - 1 - k] for k in range(N)], axis=1)
-    reach = target[1][0] + HALF_UNIT_GAIN * np.einsum("kq,mkqn->m", _measured(gains), np.abs(gradients))
-    trace = np.trace(factors[:, -1] @ before[-1], axis1=1, axis2=2)
-    return np.asarray(np.abs(-trace - target[0][0]) / reach)
+    gradients = [(C @ before[k] @ after[N - 1 - k])[:, i] for k, i in np.argwhere(_measured(gains))]
+    return [np.trace(factors[:, -1] @ before[-1], axis1=1, axis2=2), *gradients]
 
 
 def _misfit(A: Array, gains: Array, C: Array, target: tuple[Array, Array]) -> Array:
