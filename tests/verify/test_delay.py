@@ -14,6 +14,8 @@ from tampered import own as altered
 
 from replication.certify.delay import forms as oracle
 from replication.certify.delay import levels as maker
+from replication.certify.delay.gram import SOLVED
+from replication.estimation.delay.sos.cone import DegreeRule, cone_blocks
 from replication.verify.algebra.linear import identity, zeros
 from replication.verify.delay import plant as delay_plant
 from replication.verify.delay import sos as delay_sos
@@ -104,8 +106,8 @@ def symmetric(rng: random.Random, size: int) -> fmpq_mat:
 def test_squares_are_those_of_a_second_derivation(rule: str, degree: int, weight: int) -> None:
     points, functions = 3, 2
     g, order, powers = delay_sos.bases(degree, rule)[weight]
-    basis = oracle.bases(points, functions, degree, rule)[weight]
-    assert g == oracle.WEIGHTS[basis.weight] and tuple(powers) == basis.kernels
+    basis = oracle.bases(points, functions, cone_blocks(degree, SOLVED[rule]))[weight]
+    assert g == oracle.WEIGHTS[basis.weight] and powers == basis.kernels
     gram = symmetric(random.Random(degree), basis.size)
     form = delay_sos.square(gram, g, points, functions, order, powers)
     assert delay_sos.basis_size(points, functions, order, powers) == basis.size
@@ -118,7 +120,7 @@ def storage_of(plant: delay_plant.DelayPlant, degree: int) -> tuple[delay_sos.Fo
     rng = random.Random(3)
     forms, exact = [], []
     for weight, order in enumerate((degree, degree - 1)):
-        basis = oracle.Basis(n, functions, order, weight)
+        basis = oracle.bases(n, functions, cone_blocks(degree, DegreeRule.TENSOR))[weight]
         gram = symmetric(rng, basis.size)
         for a, b, k, m in product(range(order + 1), range(order + 1), range(functions), range(functions)):
             if k // n != m // n:

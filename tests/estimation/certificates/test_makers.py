@@ -16,6 +16,7 @@ from replication.certify.delay import levels as delay
 from replication.certify.nonuniform import storage_matrix
 from replication.certify.rounding import exact, floats, rational
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.delay.sos.cone import DegreeRule, cone_blocks
 from replication.estimation.nonuniform.bounds.guarantee import guaranteed_level
 from replication.estimation.nonuniform.filters import periodic_gain
 from replication.verify.run import check
@@ -115,7 +116,8 @@ def test_rounding_meets_the_identity_exactly_and_stays_close() -> None:
     for kind, points in bases.items():
         for weight, (gram, near) in enumerate(zip(grams[kind], getattr(point, kind), strict=True)):
             np.testing.assert_allclose(floats(gram), near, atol=point.margin)
-            form = delay_forms.form_of(delay_forms.Basis(points, dynamics.functions, 1 - weight, weight), gram)
+            basis = delay_forms.bases(points, dynamics.functions, cone_blocks(1, DegreeRule.TENSOR))[weight]
+            form = delay_forms.form_of(basis, gram)
             for key, value in form.items():
                 delay_forms.add(storage if kind == "storage" else whole, key, value)
     for key, value in delay_forms.derivative(dynamics, storage).items():
