@@ -224,15 +224,6 @@ def test_taylor_polynomials_and_their_remainders_enclose_the_error(terms: int, c
         assert remainder < 4 * max(float(gap.mid()) for gap in exact_gaps)
 
 
-def test_growth_and_sizes_in_weights() -> None:
-    N, scales, one = acb_mat([[1, -8], [acb(0, 3), 2]]), [fmpq(4), fmpq(1)], [fmpq(1)]
-    assert dualrate_response.norm(N, scales, scales).contains(14)  # of 1 + 8/4 and 12 + 2
-    assert dualrate_response.norm(N, one * 2, one * 2).contains(9)
-    assert dualrate_response.norm(acb_mat([[6], [acb(0, 2)]]), scales, one).contains(2)
-    assert dualrate_response.norm(acb_mat([[6], [1]]), scales, one).contains(fmpq(3, 2))
-    assert dualrate_response.norm(acb_mat([[2, -5]]), one, scales).contains(13)
-
-
 def test_error_is_bounded_where_it_is_largest_and_no_lower() -> None:
     """2 e^t on [0, 2], with few terms too."""
     largest = 2 * float(np.exp(2))
@@ -278,12 +269,6 @@ def test_for_how_long_a_command_is_held() -> None:
     assert [dualrate_loop.held_over(*observers) for observers in (single, other)] == ["M T", "T"]
     assert dualrate_loop.held_over(Observer.SRC, Observer.PMI) == "T, over M T in the single-rate loop"
     assert loop_of(random_design(1, 5)).data == "2 states, M = 5"
-
-
-def test_a_loop_without_a_start_has_none() -> None:
-    one = {"name": "own", **{name: [["1"]] for name in "ABCKL"}, "T": "1", "M": "2"}
-    start = dualrate_loop.read_loop(one).start
-    assert (start.nrows(), start.ncols()) == (0, 1)
 
 
 # Certificates of the paper, altered, as those of plants of one's own.
