@@ -135,7 +135,7 @@ def bases(degree: int, rule: str) -> list[Squared]:
 
 
 def of_grams(grams: Sequence[fmpq_mat], path: str, points: int, functions: int, degree: int, rule: str) -> Form:
-    """The form with these Gram matrices on the `bases` of a degree; refuses others than positive definite ones of its size.
+    """The form with these Gram matrices on the `bases` of a degree; refuses those of another size, or indefinite.
 
     path: where they stand in the certificate.
     """
