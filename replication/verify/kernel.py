@@ -138,7 +138,8 @@ class Hurwitz:
         a_n s^n + … are positive: a_n is 1 (Routh and Hurwitz).
         """
         n, coefficients = self.M.nrows(), characteristic_polynomial(self.M).coeffs()
-        padded = [fmpq(0)] * n + coefficients + [fmpq(0)] * n
+        zeros = [fmpq(0)] * n
+        padded = zeros + coefficients + zeros
         for size in range(1, n + 1):
             spend_elimination(size, size, estimate_length(coefficients), "a Hurwitz determinant")
             rows = [[padded[2 * n - 1 - 2 * j + i] for j in range(size)] for i in range(size)]

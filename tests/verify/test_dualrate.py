@@ -271,6 +271,12 @@ def test_for_how_long_a_command_is_held() -> None:
     assert loop_of(random_design(1, 5)).data == "2 states, M = 5"
 
 
+def test_a_loop_without_a_start_has_none() -> None:
+    one = {"name": "own", **{name: [["1"]] for name in "ABCKL"}, "T": "1", "M": "2"}
+    start = dualrate_loop.read_loop(one).start
+    assert (start.nrows(), start.ncols()) == (0, 1)
+
+
 # Certificates of the paper, altered, as those of plants of one's own.
 
 
