@@ -24,6 +24,7 @@ from replication.estimation.multirate.problem import MultirateProblem
 from replication.estimation.multirate.result import MultirateResult
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.result import NonuniformResult, StampedResult
+from replication.verify.dualrate.loop import Observer
 from replication.verify.run import check
 from replication.verify.subjects import FORMAT
 from replication.verify.theorem import Refused
@@ -34,11 +35,6 @@ Theorem = dict[str, Any]
 WIDTH = "1/1000000"
 """Largest relative distance of the bounds of an exact gain that is asked of a certificate."""
 LEVEL_BITS = 40
-CARRIED_OUT = (
-    "single_rate", "single_rate_correction", "model_interpolation", "held_measurement", "single_correction",
-    "slow_input_interpolation", "alternating_predictive", "running_prediction", "fast_sensor",
-)  # fmt: skip
-"""The observers of dual-rate loops that the verifier carries out."""
 
 
 def certificate(result: GainResult, name: str = "own", *, as_written: bool = False) -> Made:
@@ -186,7 +182,7 @@ def _dualrate(result: DualRateResult, name: str, number: Any) -> Made:
     model = problem.model
     reasons = (
         (model.B_u.shape[1] == len(model.C) == 1, "one input and one output"),
-        (result.observer_name in CARRIED_OUT, f"one of the observers {', '.join(CARRIED_OUT)}"),
+        (result.observer_name in {*Observer}, f"one of the observers {', '.join(Observer)}"),
         (not result.discrete_gain, "a gain in the differential equation of the observer"),
     )
     for fits, what in reasons:

@@ -5,7 +5,6 @@ is proved. Numbers and matrices are rational, and then all is exact; or they are
 proved only if it holds for every point of them. `failure` says why it is not proved, and nothing if it is.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from operator import eq, le, lt
 from typing import Any
@@ -139,16 +138,14 @@ class Hurwitz:
         a_n s^n + … are positive: a_n is 1 (Routh and Hurwitz).
         """
         n, coefficients = self.M.nrows(), characteristic_polynomial(self.M).coeffs()
+        zeros = [fmpq(0)] * n
+        padded = zeros + coefficients + zeros
         for size in range(1, n + 1):
             spend_elimination(size, size, estimate_length(coefficients), "a Hurwitz determinant")
-            rows = [[_at(coefficients, n - 1 - 2 * j + i) for j in range(size)] for i in range(size)]
+            rows = [[padded[2 * n - 1 - 2 * j + i] for j in range(size)] for i in range(size)]
             if not fmpq_mat(rows).det() > 0:
                 return f"{self.what} is not Hurwitz: its Hurwitz determinant {size} is not positive"
         return ""
-
-
-def _at(coefficients: Sequence[fmpq], power: int) -> fmpq:
-    return coefficients[power] if 0 <= power < len(coefficients) else fmpq(0)
 
 
 @dataclass(frozen=True)

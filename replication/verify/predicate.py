@@ -72,16 +72,12 @@ def unit_of(quantity: str) -> str:
 
 def in_words(predicate: Predicate) -> str:
     """What a predicate says, on one line."""
-    to = predicate.to
-    whole = _relation(predicate.relation)
+    to, relation = predicate.to, predicate.relation
+    whole = relation if relation in ("is", "is not", "holds", "fails") else f"is {relation}"
     if to is not None:
         whole = f"{whole} {_term(to) if isinstance(to, Term) else f'{to} {predicate.unit}'.removesuffix(' 1')}"
     under = "" if predicate.reading in ("", NO_READING) else f", under the reading {predicate.reading}"
     return f"{_term(predicate.of)} {whole}{under}"
-
-
-def _relation(relation: Relation) -> str:
-    return relation if relation in ("is", "is not", "holds", "fails") else f"is {relation}"
 
 
 def _term(of: Term) -> str:

@@ -197,20 +197,6 @@ def test_a_function_holds_its_values_at_the_ends(name: str) -> None:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_points_at_full_length_are_held_by_their_functions(seed: int) -> None:
-    rng = random.Random(seed)
-    for _ in range(6):
-        x = ball(rng.getrandbits(256 + rng.randint(-3, 5)) + 1, 0)
-        for function, exact, _ in FUNCTIONS.values():
-            with ctx.workprec(256):
-                low, high = ends(function(x))
-            value = right(many_bits(exact, Fraction(x.m, ONE)))
-            assert low <= value <= high and high - low <= 2**24 * (1 + abs(value) / ONE)
-    with flint.ctx.workprec(FINE):
-        near(arb.pi(), (right(flint.arb.pi()),) * 2, 2**12)
-
-
-@pytest.mark.parametrize("seed", SEEDS)
 def test_an_exponential_of_a_matrix_holds_that_of_points(seed: int) -> None:
     """Rows of very different size, points and ends of balls."""
     rng = random.Random(seed)

@@ -7,10 +7,8 @@ from typing import Any
 import pytest
 from byhand import own as theorem_of
 from flint import fmpq, fmpq_mat
-from tampered import Altered, Json, put, refusal, refused
+from tampered import Altered, Json, refusal, refused
 from tampered import check_stated as check
-from tampered import delayed as certificate
-from tampered import own as altered
 
 from replication.certify.delay import forms as oracle
 from replication.certify.delay import levels as maker
@@ -23,12 +21,6 @@ from replication.verify.theorem import Refused
 @pytest.mark.parametrize("row", refused("delay"), ids=str)
 def test_an_altered_certificate_is_refused(row: Altered) -> None:
     row.check()
-
-
-@pytest.mark.parametrize("rule", ["outer", "inner"])
-def test_squares_of_a_total_degree_are_not_those_in_one_variable(rule: str) -> None:
-    given = altered("peet2019/ex1-total-upper", put(rule, "parameters", "rule"))
-    assert refusal({**given, "statement": "delay.narrow-upper"})
 
 
 @pytest.mark.parametrize(
@@ -44,11 +36,6 @@ def test_measurements_that_depend_on_each_other_are_refused(sensor: Any, reason:
     with pytest.raises(Refused) as caught:
         delay_plant.measured_last(plant, identity(2))
     assert reason in str(caught.value)
-
-
-def test_all_states_may_be_measured() -> None:
-    plant = delay_plant.read_plant({**hidden_plant(), "C2": [["1", "0"], ["0", "1"]]})
-    assert delay_plant.measured_last(plant, identity(2)) == plant
 
 
 def integers(rng: random.Random, rows: int, columns: int) -> fmpq_mat:
@@ -71,81 +58,8 @@ def some_plant(n: int = 2, delays: int = 2, measured: int = 1) -> delay_plant.De
     )
 
 
-def as_dictionary(form: delay_sos.Form, points: int, functions: int) -> oracle.Form:
-    """The coefficients of the monomials of a form, in the way of the makers."""
-    found: oracle.Form = {}
-    for i, j in product(range(points), repeat=2):
-        oracle.add(found, oracle.pair(i, j), form.P[i, j])
-    for power, part in form.Q.items():
-        for i, k in product(range(points), range(functions)):
-            oracle.add(found, oracle.pair(i, points + power * functions + k), 2 * part[i, k])
-    for power, part in form.S.items():
-        for k, m in product(range(functions), repeat=2):
-            oracle.add(found, ("local", power, min(k, m), max(k, m)), part[k, m])
-    for (a, b), part in form.R.items():
-        for k, m in product(range(functions), repeat=2):
-            first, second = (points + power * functions + f for power, f in ((a, k), (b, m)))
-            oracle.add(found, oracle.pair(first, second), part[k, m])
-    return {key: value for key, value in found.items() if value != 0}
-
-
-def nonzero(form: oracle.Form) -> oracle.Form:
-    return {key: value for key, value in form.items() if value != 0}
-
-
-def symmetric(rng: random.Random, size: int) -> fmpq_mat:
-    half = integers(rng, size, size)
-    return half + half.transpose()
-
-
-@pytest.mark.parametrize("rule", delay_sos.RULES)
-@pytest.mark.parametrize("degree", [1, 2])
-@pytest.mark.parametrize("weight", [0, 1])
-def test_squares_are_those_of_a_second_derivation(rule: str, degree: int, weight: int) -> None:
-    points, functions = 3, 2
-    g, order, powers = delay_sos.bases(degree, rule)[weight]
-    basis = oracle.bases(points, functions, degree, rule)[weight]
-    assert g == oracle.WEIGHTS[basis.weight] and tuple(powers) == basis.kernels
-    gram = symmetric(random.Random(degree), basis.size)
-    form = delay_sos.square(gram, g, points, functions, order, powers)
-    assert delay_sos.basis_size(points, functions, order, powers) == basis.size
-    assert as_dictionary(form, points, functions) == nonzero(oracle.form_of(basis, gram))
-
-
-def storage_of(plant: delay_plant.DelayPlant, degree: int) -> tuple[delay_sos.Form, oracle.Form]:
-    """A storage of both weights with no coupling in S, by both derivations."""
-    n, functions = plant.states, plant.late.ncols()
-    rng = random.Random(3)
-    forms, exact = [], []
-    for weight, order in enumerate((degree, degree - 1)):
-        basis = oracle.Basis(n, functions, order, weight)
-        gram = symmetric(rng, basis.size)
-        for a, b, k, m in product(range(order + 1), range(order + 1), range(functions), range(functions)):
-            if k // n != m // n:
-                gram[n + a * functions + k, n + b * functions + m] = fmpq(0)
-        g, _, powers = delay_sos.bases(degree, "each")[weight]
-        forms.append(delay_sos.square(gram, g, n, functions, order, powers))
-        exact.append(oracle.form_of(basis, gram))
-    return delay_sos.total(*forms), {
-        key: exact[0].get(key, fmpq(0)) + exact[1].get(key, fmpq(0)) for key in {**exact[0], **exact[1]}
-    }
-
-
 def dynamics(plant: delay_plant.DelayPlant) -> oracle.Dynamics:
     return oracle.Dynamics(plant.A0, plant.late, plant.delays, plant.B, plant.C10, plant.late_output, plant.C2.nrows())
-
-
-@pytest.mark.parametrize(("n", "delays"), [(2, 1), (2, 2), (3, 2)])
-def test_the_rate_of_the_storage_is_that_of_a_second_derivation(n: int, delays: int) -> None:
-    plant = some_plant(n, delays)
-    form, storage = storage_of(plant, 1)
-    system = dynamics(plant)
-    expected = oracle.derivative(system, storage)
-    for key, value in oracle.supply(system, fmpq(5, 3)).items():
-        oracle.add(expected, key, value)
-    found = delay_sos.rate(plant, fmpq(5, 3), form)
-    assert as_dictionary(found, system.points, system.functions) == nonzero(expected)
-    assert found.P.transpose() == found.P
 
 
 def monomials(points: int, functions: int) -> list[tuple[delay_sos.Form, oracle.Key]]:
@@ -274,19 +188,6 @@ def test_a_positive_root_is_enclosed() -> None:
 )
 def test_an_interval_without_a_positive_root_is_refused(left: str, right: str, reason: str) -> None:
     assert reason in refusal(roots(left, right))
-
-
-def test_a_root_at_an_end_is_refused() -> None:
-    plant = roots("1", "2", a="1")["plant"]
-    plant["A"] = [[["0", "0"], ["0", "0"]], [["0", "0"], ["0", "0"]]]
-    assert "does not change its sign" in refusal(own("delay.unstable", plant, {}, {"left": "1", "right": "2"}))
-    assert check(own("delay.unstable", plant, {}, {"left": "1/2", "right": "2"})).holds is True
-
-
-def test_example_4_is_not_unstable_for_eigenvalues_up_to_one() -> None:
-    assert check(certificate("ex4-not-unstable")).holds is False
-    several = put(["1/1000000", "1/2", "1"], "parameters", "eigenvalues")
-    assert check(altered("peet2019/ex4-not-unstable", several)).holds is False
 
 
 def test_a_plant_of_ones_own_is_certified_from_both_sides() -> None:

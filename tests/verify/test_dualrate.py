@@ -224,15 +224,6 @@ def test_taylor_polynomials_and_their_remainders_enclose_the_error(terms: int, c
         assert remainder < 4 * max(float(gap.mid()) for gap in exact_gaps)
 
 
-def test_growth_and_sizes_in_weights() -> None:
-    N, scales, one = acb_mat([[1, -8], [acb(0, 3), 2]]), [fmpq(4), fmpq(1)], [fmpq(1)]
-    assert dualrate_response.norm(N, scales, scales).contains(14)  # of 1 + 8/4 and 12 + 2
-    assert dualrate_response.norm(N, one * 2, one * 2).contains(9)
-    assert dualrate_response.norm(acb_mat([[6], [acb(0, 2)]]), scales, one).contains(2)
-    assert dualrate_response.norm(acb_mat([[6], [1]]), scales, one).contains(fmpq(3, 2))
-    assert dualrate_response.norm(acb_mat([[2, -5]]), one, scales).contains(13)
-
-
 def test_error_is_bounded_where_it_is_largest_and_no_lower() -> None:
     """2 e^t on [0, 2], with few terms too."""
     largest = 2 * float(np.exp(2))

@@ -9,7 +9,7 @@ from flint import arb, arb_mat, arb_poly, fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify import kernel
 from replication.verify.algebra.linear import identity, zeros
-from replication.verify.kernel import AtMost, Below, Equal, Hurwitz, Nonnegative, Positive, Within, decide, holds
+from replication.verify.kernel import AtMost, Below, Hurwitz, Nonnegative, Positive, Within, decide, holds
 from replication.verify.run import verify
 from replication.verify.theorem import Refused
 
@@ -98,15 +98,10 @@ def test_balls_are_less_only_if_all_points_are() -> None:
     assert not AtMost(fmpq(1), 1, "no").failure() and not Below(0, fmpq(1, 9), "no").failure()
 
 
-def test_equality_is_that_of_every_entry() -> None:
-    decide(Equal(DEFINITE, DEFINITE * 1, "no"))
-    with pytest.raises(Refused, match=r"^they differ$"):
-        decide(Equal(DEFINITE, identity(3), "they differ"))
-
-
 @pytest.mark.parametrize(
     ("coefficients", "stable"),
     [
+        ([], False),
         ([1], True),
         ([-3], True),
         ([1, 2], True),
@@ -147,10 +142,6 @@ def test_hurwitz(M: tuple[int, ...]) -> None:
 def test_not_hurwitz(M: tuple[int, ...]) -> None:
     with pytest.raises(Refused, match="M is not Hurwitz"):
         decide(Hurwitz(companion(*M), "M"))
-
-
-def test_the_zero_polynomial_has_no_set_of_roots() -> None:
-    assert not holds(Within(fmpq_poly([]), "roots"))
 
 
 def test_schur_of_a_high_degree_ends() -> None:

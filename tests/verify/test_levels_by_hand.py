@@ -154,14 +154,3 @@ def test_an_attack_is_refused(row: Altered) -> None:
 
 def test_what_is_attacked_is_true() -> None:
     assert all(map(proved, byhand.certificates().values()))
-
-
-def test_what_is_said_is_what_was_checked() -> None:
-    """Of an own plant it is said that it is one, whatever its name, how many losses, in what range."""
-    sentence = check(with_(lossy("1", STORED), "plant", "name", new="stable")).sentence
-    assert "For this plant and the periods [1], offsets [0] of the sensors [0]" in sentence
-    assert "at most [1] samples of each sensor in a row" in sentence
-    assert "between 0.010000000 and 1.000000000" in sentence
-    assert "over all periods from 1 to 2 s;" in check(stamped("27/10", WIDE)).sentence
-    for field, value in (("claims", ["okajima2023.table-1"]), ("paper", "okajima2023"), ("name", "lost samples")):
-        assert not proved({**lossy("1", STORED), field: value})

@@ -16,13 +16,11 @@ from replication.certify.own import certificate
 from replication.errors import InvalidInputError
 from replication.estimation.multirate import MultiratePlant, design, losses
 from replication.verify.algebra.linear import identity
-from replication.verify.algebra.symbolic import Symbolic
 from replication.verify.multirate.recovered import reading_of
 from replication.verify.multirate.sensing import (
     Sensing,
     attained,
     recurrent,
-    require_theorem_1,
     require_turn,
     schedule,
     select,
@@ -66,15 +64,6 @@ def row(*entries: Any) -> fmpq_mat:
 
 
 ONE = column(1)
-# x+ = a_k x + v with a = 1/2, 1/3: at z = 1 the states X_0 = X_1 / 3 + v_1 and X_1 = X_0 / 2 + v_0.
-SCALAR = [row("1/2", 1), row("1/3", 1)]
-
-
-def test_the_ratio_of_a_recurrent_disturbance_is_exact() -> None:
-    # v = 1, 1: X_0 = 8/5 and X_1 = 9/5, so that the ratio is (64 + 81) / 25 / 2.
-    assert attained(SCALAR, ONE, ONE, [ONE, ONE]) == q("29/10")
-    # v = 1, 0 at z = -1: -X_0 = X_1 / 3 and X_1 = X_0 / 2 + 1, so X_0 = -2/7 and X_1 = 6/7.
-    assert attained(SCALAR, ONE, -ONE, [ONE, column(0)]) == q("40/49")
 
 
 def test_resonance_and_instability_have_no_ratio() -> None:
@@ -121,15 +110,6 @@ def test_what_no_sensor_shows_for_long_is_exact() -> None:
 def test_the_smallest_concealing_noise() -> None:
     wide = select(identity(1), ONE, ONE, ONE, row(1, 2), [[0]])
     assert wide.concealing(0, ONE) == column("-1/5", "-2/5")
-
-
-# Theorem 1 for x+ = x / 2 + v, z = x: the gain is 2, and P satisfies both inequalities there only if P = 2.
-def test_theorem_1_is_exact_for_a_scalar_system() -> None:
-    half = [row("1/2", 1)]
-    # [[P - 1 - P/4, -P/2], [-P/2, g^2 - P]] with P = 2: 1/2 (g^2 - 2) > 1.
-    require_theorem_1(half, ONE, [column(2)], q("2001/1000"))
-    with pytest.raises(Refused, match="the matrix of Theorem 1 at phase 0"):
-        require_theorem_1(half, ONE, [column(2)], q(2))
 
 
 def test_schedules() -> None:
@@ -257,15 +237,6 @@ def test_the_order_of_the_product_matters_unless_the_factors_commute() -> None:
         computed(
             "product", {"periods": [1, 3], "offsets": [0, 1]}, {**plant, "C": [*plant["C"], ["1", "1"]], "L": gains}
         )
-
-
-SIZES = {"states": 2, "sensors": 1, "disturbances": 2, "inputs": 1}
-
-
-@pytest.mark.parametrize("identity_", ["error-system", "dissipation", "schur"])
-def test_a_failing_identity_proves_nothing(identity_: str) -> None:
-    with patch.object(Symbolic, "is_zero", return_value=False), pytest.raises(Refused, match="is no identity"):
-        computed(identity_, SIZES)
 
 
 def test_one_longer_entry_makes_it_the_other_diagonal() -> None:

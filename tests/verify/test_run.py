@@ -17,7 +17,6 @@ from flint import fmpq, fmpq_mat
 from replication import twice
 from replication.audit.run.prove import prove
 from replication.verify.algebra.linear import above, below, decimal, half_unit, printed_matrix, printed_poles
-from replication.verify.reading import MAX_BYTES
 from replication.verify.run import STATEMENTS, check, committed, own_statement, printable, report, verify
 from replication.verify.subjects import folder_of, papers, plant, printed, theorems
 from replication.verify.theorem import Refused
@@ -40,13 +39,6 @@ def test_a_file_is_proved_wherever_it_lies_under_its_name(tmp_path: Path) -> Non
     assert verify(path).theorem is not None
     other = path.rename(path.with_name("gains-38.json"))
     assert verify(other).reason == "the file should be okajima2023/gains-33.json"
-
-
-def test_a_missing_and_a_broken_file_are_outcomes(tmp_path: Path) -> None:
-    assert "cannot be read: No such file" in verify(tmp_path / "no.json").reason
-    path = copied(tmp_path)
-    path.write_bytes(path.read_bytes()[:-9])
-    assert "not valid JSON" in verify(path).reason
 
 
 @pytest.mark.parametrize(
@@ -187,16 +179,6 @@ def test_a_reader_that_leaves_is_no_error() -> None:
     done = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, text=True, check=False)
     os.close(writer)
     assert (done.returncode, done.stderr) == (0, "")
-
-
-def test_only_regular_files_of_limited_size_are_read(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "pipe.json")
-    assert verify(tmp_path / "pipe.json").reason == "it is no regular file"
-    assert verify(Path("/dev/zero")).reason == "it is no regular file"
-    assert verify(tmp_path).reason == "it is no regular file"
-    with (tmp_path / "large.json").open("wb") as file:
-        file.truncate(MAX_BYTES + 1)
-    assert verify(tmp_path / "large.json").reason == f"the file has {MAX_BYTES + 1} bytes, more than {MAX_BYTES}"
 
 
 def test_nothing_to_verify_is_no_success(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -43,10 +43,6 @@ def test_what_is_proved_is_as_pinned(name: str) -> None:
     assert said(name) == pins()[name]
 
 
-ONE_OF_EACH = {json.loads(path.read_bytes())["statement"]: path for path in PATHS.values()}
-"""By statement, one of its certificates."""
-
-
 if __name__ == "__main__":
     lines = (f"{json.dumps(name)}: {json.dumps(said(name), ensure_ascii=False, sort_keys=True)}" for name in PATHS)
     PINS.write_text("{\n" + ",\n".join(lines) + "\n}\n", encoding="utf-8")

@@ -4,7 +4,8 @@ The functional y weighs each coefficient of the identity that Z cannot cancel. I
 dV/dt must be positive semidefinite, and vanish on measured coordinates: linear equations, solved exactly.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,20 +13,18 @@ from flint import fmpq, fmpq_mat
 
 from replication.certify.delay import forms
 from replication.certify.delay.forms import Basis, Dynamics, Entry, Key
-from replication.certify.delay.gram import Dual, Row, inner_weights, to_legendre
+from replication.certify.delay.gram import SOLVED, Dual, Row, inner_weights, to_legendre
 from replication.certify.delay.levels import change_of, dynamics_of
 from replication.certify.rounding import rounded_down
 from replication.errors import SolverError
+from replication.estimation.delay.sos.cone import Blocks, DegreeRule, cone_blocks
 from replication.estimation.validation import Array
 from replication.verify.reading import written
 
 LEVEL_BITS = 40
 
-Squares = Callable[[int, int], tuple[Basis, Basis]]
-"""The bases under both weights, from the numbers of points and of functions."""
 
-
-def dual_of(dynamics: Dynamics, squares: Squares) -> Dual:
+def dual_of(dynamics: Dynamics, squares: Blocks) -> Dual:
     """The functional on the squares of N and of dV/dt, for both weights, on bases with so many points."""
     position: dict[Key, int] = {}
     matrices: list[dict[Entry, Row]] = []
@@ -33,7 +32,7 @@ def dual_of(dynamics: Dynamics, squares: Squares) -> Dual:
     changes: list[Array] = []
     n = dynamics.states
     for points, moving in ((dynamics.points, False), (n, True)):
-        for basis in squares(points, dynamics.functions):
+        for basis in forms.bases(points, dynamics.functions, squares):
             rows: dict[Entry, Row] = {}
             for entry, key, factor in basis.terms():
                 row = rows.setdefault(entry, {})
@@ -57,21 +56,17 @@ def _measured(dynamics: Dynamics, basis: Basis, i: int, moving: bool) -> bool:
 def degree_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
     """Bound and witness of a level that Theorem 3 cannot go below at the degree of the theorem."""
     degree = theorem["parameters"]["degree"]
-    return _lower(theorem, lambda points, functions: forms.bases(points, functions, degree, "each"), 2 * degree + 1)
+    return _lower(theorem, cone_blocks(degree, DegreeRule.TENSOR), 2 * degree + 1)
 
 
 def narrow_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
     """The same with kernels in the variable that the theorem names; both weights with the same degree."""
     degree, rule = theorem["parameters"]["degree"], theorem["parameters"]["rule"]
-    kernels = forms.powers_of(degree, rule)
-
-    def squares(points: int, functions: int) -> tuple[Basis, Basis]:
-        return Basis(points, functions, degree, 0, kernels), Basis(points, functions, degree, 1, kernels)
-
-    return _lower(theorem, squares, 2 * degree + 3)
+    first, _ = cone_blocks(degree, SOLVED[rule])
+    return _lower(theorem, (first, replace(first, weighted=True)), 2 * degree + 3)
 
 
-def _lower(theorem: Mapping[str, Any], squares: Squares, powers: int) -> dict[str, Any]:
+def _lower(theorem: Mapping[str, Any], squares: Blocks, powers: int) -> dict[str, Any]:
     plant = theorem["plant"]
     change = change_of(plant)
     dynamics = dynamics_of(plant, change)

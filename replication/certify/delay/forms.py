@@ -6,10 +6,12 @@ Functionals u are numbered: the point variables, then int t^c f_k(t) dt at point
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
+import numpy as np
 from flint import fmpq, fmpq_mat
+
+from replication.estimation.delay.sos.cone import Blocks
 
 Key = tuple[Any, ...]
 Form = dict[Key, fmpq]
@@ -23,19 +25,14 @@ WEIGHTS: tuple[Mapping[int, int], ...] = ({0: 1}, {1: -1, 2: -1})
 class Basis:
     """zeta(t) = [u; t^a f(t); t^a int s^b f(s) ds] with a <= degree, under the weight number `weight`.
 
-    pairs: the powers (a, b) of the moments, up to the degree each if None.
+    kernels: the powers a and b of the moments.
     """
 
     points: int
     functions: int
     degree: int
     weight: int
-    pairs: tuple[tuple[int, int], ...] | None = None
-
-    @cached_property
-    def kernels(self) -> tuple[tuple[int, int], ...]:
-        """The powers a and b of the moments."""
-        return powers_of(self.degree, "each") if self.pairs is None else self.pairs
+    kernels: Sequence[tuple[int, int]]
 
     @property
     def size(self) -> int:
@@ -70,23 +67,18 @@ class Basis:
                         yield (i, j), pair(fixed, self.points + power * self.functions + free), weight  # type: ignore[operator, arg-type]
 
 
-def powers_of(degree: int, rule: str) -> tuple[tuple[int, int], ...]:
-    """The powers (a, b) of moments: up to the degree "each", in "total", "inner" with b = 0, "outer" with a = 0."""
-    if rule == "outer":
-        return tuple((0, b) for b in range(degree + 1))
-    if rule == "inner":
-        return tuple((a, 0) for a in range(degree + 1))
-    each = range(degree + 1)
-    return tuple((a, b) for a in each for b in each if rule == "each" or a + b <= degree)
-
-
-def bases(points: int, functions: int, degree: int, rule: str) -> tuple[Basis, Basis]:
-    """Under both weights; the second is one degree lower, but for the powers of the outer variable alone."""
-    lower = powers_of(degree if rule == "outer" else degree - 1, rule)
-    return (
-        Basis(points, functions, degree, 0, powers_of(degree, rule)),
-        Basis(points, functions, degree - 1, 1, lower),
-    )
+def bases(points: int, functions: int, blocks: Blocks) -> list[Basis]:
+    """Of the matrices of a cone, under both weights."""
+    return [
+        Basis(
+            points,
+            functions,
+            block.degree,
+            int(block.weighted),
+            list(zip(*map(np.ndarray.tolist, block.kernel_basis()), strict=True)),
+        )
+        for block in blocks
+    ]
 
 
 def pair(first: int, second: int) -> Key:

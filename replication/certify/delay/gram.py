@@ -22,7 +22,7 @@ from replication.estimation.conic.program import Program
 from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
 from replication.estimation.delay import DelayPlant
 from replication.estimation.delay.sos import synthesis
-from replication.estimation.delay.sos.cone import DegreeRule
+from replication.estimation.delay.sos.cone import DegreeRule, cone_blocks
 from replication.estimation.validation import Array
 from replication.verify.reading import written
 
@@ -40,7 +40,7 @@ SOLVED = {
     "outer": DegreeRule.OUTER,
     "inner": DegreeRule.INNER,
 }
-"""The rule of `Basis` in words of the solver."""
+"""The rules of the verifier in words of the solver."""
 SPARE_BITS = 10
 """Bits of the rounding beyond the margin of the centre."""
 
@@ -79,7 +79,9 @@ def centred(system: DelayPlant, gamma: float, degree: int, trace: float, rule: s
         raise InfeasibleError(f"no room for rounding at the level {gamma!r}: margin {margin:.1e}; raise the level")
     n, functions = system.states, system.states * system.delay_count
     every = n + functions + system.b.shape[1] + system.c10.shape[0]
-    both = *forms.bases(n, functions, degree, rule), *forms.bases(every, functions, degree, rule)
+    both = (
+        basis for points in (n, every) for basis in forms.bases(points, functions, cone_blocks(degree, SOLVED[rule]))
+    )
     grams = [change.T @ block @ change for block, change in zip(blocks, map(to_legendre, both), strict=True)]
     least = min(float(np.linalg.eigvalsh(gram)[0]) for gram in grams)
     return GramPoint((grams[0], grams[1]), (grams[2], grams[3]), least)
@@ -121,8 +123,8 @@ def exact_grams(
     """Rational Gram matrices near `point` that satisfy the identity of Theorem 3 exactly at the level gamma."""
     bits = max(0, SPARE_BITS - int(np.floor(np.log2(point.margin))))
     n, width = dynamics.states, dynamics.functions
-    v_bases = forms.bases(n, width, degree, rule)
-    h_bases = forms.bases(dynamics.points, width, degree, rule)
+    blocks = cone_blocks(degree, SOLVED[rule])
+    v_bases, h_bases = (forms.bases(points, width, blocks) for points in (n, dynamics.points))
     storage, dissipation = (
         [exact(rounded_array((matrix + matrix.T) / 2.0, bits)) for matrix in pair]
         for pair in (point.storage, point.dissipation)

@@ -39,6 +39,7 @@ class Grid:
     weights: Array
 
 
+@np.errstate(invalid="ignore")  # the slope of a line, whose second point is where it is asked for
 def grid(order: int, scheme: Scheme = Scheme.CHEBYSHEV) -> Grid:
     """The discretisation of [-1, 0] with order+1 points. Raises InvalidInputError for order < 1."""
     order = positive_integer("order", order)
@@ -62,10 +63,10 @@ def _interpolant(points: Array) -> Any:
     return scipy.interpolate.BarycentricInterpolator(points, np.eye(points.size), wi=weights)
 
 
+@np.errstate(invalid="ignore")  # at a point of the grid itself, which the interpolant then treats apart
 def interpolation(points: Array, at: Array | float) -> Array:
     """Rows (.., N+1) that evaluate the interpolant of values at Chebyshev `points`, `at` points of [-1, 0]."""
-    with np.errstate(invalid="ignore"):  # a point of the grid itself, which the interpolant then treats apart
-        return np.asarray(_interpolant(points)(at))
+    return np.asarray(_interpolant(points)(at))
 
 
 def generator(system: DelayPlant, order: int) -> tuple[Array, Array]:

@@ -16,7 +16,7 @@ from replication.verify.algebra.linear import block, identity, submatrix, zeros
 from replication.verify.algebra.work import PLACE, spend
 from replication.verify.delay.plant import DelayPlant, measured_last
 from replication.verify.kernel import Equal, Positive, decide
-from replication.verify.reading import fields, matrix, sequence, symmetric
+from replication.verify.reading import Reader, matrix, record, sequence, sized, symmetric
 from replication.verify.theorem import require
 
 # Quadratic forms on R^m x L2[-1,0]^F with polynomial kernels, in exact numbers.
@@ -134,39 +134,36 @@ def bases(degree: int, rule: str) -> list[Squared]:
     return [(weight, order, kernels(degree if rule == "outer" else order, rule)) for weight, order in orders]
 
 
-@dataclass(frozen=True)
-class Squares:
-    """The Gram matrices of a form for the weights 1 and -s(s+1); path: where they stand in the certificate."""
+def of_grams(grams: Sequence[fmpq_mat], path: str, points: int, functions: int, degree: int, rule: str) -> Form:
+    """The form with these Gram matrices on the `bases` of a degree; refuses those of another size, or indefinite.
 
-    grams: list[fmpq_mat]
-    path: str
-
-    def form(self, points: int, functions: int, degree: int, rule: str) -> Form:
-        """The form on the `bases` of a degree; refuses matrices that are indefinite or of another size."""
-        parts = []
-        for gram, (weight, order, powers) in zip(self.grams, bases(degree, rule), strict=True):
-            size, name = basis_size(points, functions, order, powers), f"{self.path} of degree {order}"
-            require(gram.nrows() == size, f"{name} must have {size} rows, got {gram.nrows()}")
-            decide(Positive(gram, name))
-            parts.append(square(gram, weight, points, functions, order, powers))
-        return total(*parts)
+    path: where they stand in the certificate.
+    """
+    parts = []
+    for gram, (weight, order, powers) in zip(grams, bases(degree, rule), strict=True):
+        size, name = basis_size(points, functions, order, powers), f"{path} of degree {order}"
+        require(gram.nrows() == size, f"{name} must have {size} rows, got {gram.nrows()}")
+        decide(Positive(gram, name))
+        parts.append(square(gram, weight, points, functions, order, powers))
+    return total(*parts)
 
 
 @dataclass(frozen=True)
 class Proof:
-    """Coordinates in which C2 = [0 c], the storage V and the dissipation N."""
+    """Coordinates in which C2 = [0 c], the Gram matrices of the storage V and of the dissipation N for the weights 1
+    and -s(s+1); path: where it stands in the certificate."""
 
     change: fmpq_mat
-    storage: Squares
-    dissipation: Squares
+    storage: list[fmpq_mat]
+    dissipation: list[fmpq_mat]
+    path: str
 
 
 def read_proof(value: Any, path: str, n: int) -> Proof:
     """{change (n, n), storage, dissipation} of a plant with n states."""
-    change, *squares = fields(value, path, "change", "storage", "dissipation")
-    places = (f"{path}.storage", f"{path}.dissipation")
-    V, N = (Squares(sequence(grams, at, symmetric, 2), at) for grams, at in zip(squares, places, strict=True))
-    return Proof(matrix(change, f"{path}.change", n, n), V, N)
+    grams = sized(sequence, symmetric, 2)
+    readers: Mapping[str, Reader] = {"change": sized(matrix, n, n), "storage": grams, "dissipation": grams}
+    return Proof(**record(value, path, readers), path=path)
 
 
 def require_level(plant: DelayPlant, gamma: fmpq, degree: int, proof: Proof, rule: str = "each") -> None:
@@ -176,8 +173,8 @@ def require_level(plant: DelayPlant, gamma: fmpq, degree: int, proof: Proof, rul
     """
     inner = measured_last(plant, proof.change)
     n, functions = plant.states, plant.late.ncols()
-    V = proof.storage.form(n, functions, degree, rule)
-    N = proof.dissipation.form(plant.points, functions, degree, rule)
+    V = of_grams(proof.storage, f"{proof.path}.storage", n, functions, degree, rule)
+    N = of_grams(proof.dissipation, f"{proof.path}.dissipation", plant.points, functions, degree, rule)
     for power, part in V.S.items():
         for i, j in product(range(functions), repeat=2):
             require(i // n == j // n or part[i, j] == 0, f"V couples two delays in S at power {power}")

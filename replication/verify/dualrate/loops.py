@@ -229,7 +229,8 @@ def feedforward(plant: Loop, orders: list[int]) -> Found:
     """
     require_position_form(plant)
     factors = (fmpq(1), -plant.A[2, 1], -plant.A[2, 2])
-    numerator = sum((_power(order) * factor for order, factor in zip(orders, factors, strict=True)), fmpq_poly([0]))
+    terms = (fmpq_poly([*[0] * order, factor]) for order, factor in zip(orders, factors, strict=True))
+    numerator = sum(terms, fmpq_poly([0]))
     inverse = numerator * transfer_numerator(plant) == plant.B[2, 0] * plant.A.charpoly()
     return Found(words={"negation": "" if inverse else "not "}, holds=inverse)
 
@@ -241,10 +242,6 @@ def transfer_numerator(loop: Loop) -> fmpq_poly:
         total += fmpq_poly(coefficients[k + 1 :]) * (loop.C * power)[0, 0]
         power = loop.A * power
     return total
-
-
-def _power(order: int) -> fmpq_poly:
-    return fmpq_poly([0] * order + [1])
 
 
 def _computed(value: fmpq) -> Found:

@@ -28,16 +28,6 @@ class Lyapunov:
     largest: arb
 
 
-@dataclass(frozen=True, kw_only=True)
-class Constants:
-    """α₁, α₂, α₃ and α₄ of (13), (14), (15) and (17)."""
-
-    output: arb
-    feedback: arb
-    prediction: arb
-    total: arb
-
-
 def joint_matrix(loop: Loop) -> fmpq_mat:
     """Ã = [A + B K, −B K; 0, A − L C]."""
     n, pushed = loop.order, loop.B * loop.K
@@ -80,20 +70,19 @@ def norm(M: fmpq_mat) -> arb:
     return arb(sum((entry * entry for entry in M.entries()), fmpq(0))).sqrt()
 
 
-def constants(loop: Loop, lyapunov: Lyapunov) -> Constants:
-    """α₁ … α₄ as printed."""
-    A, B, C, K, L = loop.A, loop.B, loop.C, loop.K, loop.L
-    root = lyapunov.smallest.sqrt()
-    output = (norm(C * A) + 2 * norm(C * B * K)) / root
-    feedback = (2 * norm(K * loop.guided) + 2 * norm(K * B * K) + norm(K * L * C)) / root
-    prediction = norm(C * A) / root
-    parts = feedback * norm(B) + norm(L) * output + norm(B) * prediction * norm(K * L) + prediction * norm(L)
-    return Constants(output=output, feedback=feedback, prediction=prediction, total=2 * parts * lyapunov.largest / root)
+def prediction_constant(loop: Loop, lyapunov: Lyapunov) -> arb:
+    """α₃ of (15), as printed."""
+    return norm(loop.C * loop.A) / lyapunov.smallest.sqrt()
 
 
 def condition_per_second(loop: Loop, lyapunov: Lyapunov) -> arb:
-    """The left side of (18) over T: α₄ λ_max(P), 1/s."""
-    return constants(loop, lyapunov).total * lyapunov.largest
+    """The left side of (18) over T: α₄ λ_max(P), 1/s, with α₁ of (13), α₂ of (14) and α₄ of (17) as printed."""
+    A, B, C, K, L = loop.A, loop.B, loop.C, loop.K, loop.L
+    root, prediction = lyapunov.smallest.sqrt(), prediction_constant(loop, lyapunov)
+    output = (norm(C * A) + 2 * norm(C * B * K)) / root
+    feedback = (2 * norm(K * loop.guided) + 2 * norm(K * B * K) + norm(K * L * C)) / root
+    parts = feedback * norm(B) + norm(L) * output + norm(B) * prediction * norm(K * L) + prediction * norm(L)
+    return 2 * parts * lyapunov.largest / root * lyapunov.largest
 
 
 def prediction_sides(loop: Loop, lyapunov: Lyapunov, start: fmpq_mat, longest: fmpq) -> tuple[arb, arb]:
@@ -109,7 +98,7 @@ def prediction_sides(loop: Loop, lyapunov: Lyapunov, start: fmpq_mat, longest: f
     first = energy(lyapunov, passage.states[1], passage.used[1])
     largest = first.max(energy(lyapunov, passage.state, passage.estimate))
     gap = (arb_mat(loop.C) * hold(loop.A, loop.B, span)[0] * xi)[0, 0]
-    return abs(gap), constants(loop, lyapunov).prediction * arb(longest) * largest.sqrt()
+    return abs(gap), prediction_constant(loop, lyapunov) * arb(longest) * largest.sqrt()
 
 
 def energy(lyapunov: Lyapunov, x: arb_mat, zeta: arb_mat) -> arb:

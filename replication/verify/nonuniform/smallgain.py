@@ -8,7 +8,6 @@ And what the printed filter is: its output matrix, its observer, its size.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from itertools import pairwise
@@ -130,18 +129,14 @@ def _fails(plant: Plant, P: fmpq_mat) -> Fails:
 # a half-space for every choice of the u_k; that of each entry and side has a normal near to an axis.
 
 
-@dataclass(frozen=True)
-class Point:
-    """A point of the unit circle, and the weight of the error there."""
-
-    z: acb
-    u: acb
+Point = tuple[acb, acb]
+"""A point of the unit circle, and the weight of the error there."""
 
 
 def read_point(value: Any, path: str) -> Point:
     """{turn, u}."""
     turn, u = fields(value, path, "turn", "u")
-    return Point(circle_point(rational(turn, f"{path}.turn")), complex_of(sequence(u, f"{path}.u", rational, 2)))
+    return circle_point(rational(turn, f"{path}.turn")), complex_of(sequence(u, f"{path}.u", rational, 2))
 
 
 def read_points(value: Any, path: str, count: int) -> list[list[Point]]:
@@ -197,12 +192,12 @@ def half_space(plant: Plant, filter_: Filter, level: fmpq, points: list[Point]) 
     step = acb_mat(step_at(plant, seconds(plant.middle)))
     Phi, Gamma = (acb_mat([row[part] for row in step.tolist()]) for part in (slice(0, n), slice(n, None)))
     normal, limit = [arb(0)] * n, arb(0)
-    for point in points:
-        x = resolved(Phi, point.z, Gamma)
+    for z, u in points:
+        x = resolved(Phi, z, Gamma)
         seen = acb_mat(filter_.B) * (acb_mat(plant.C) * x + acb_mat(plant.D))
-        f = resolved(arb_mat(filter_.A), point.z, seen)
-        normal = [a + (point.u * b).real for a, b in zip(normal, f.entries(), strict=True)]
-        limit += (point.u * (acb_mat(plant.L) * x)[0, 0]).real + arb(level) * abs(point.u)
+        f = resolved(arb_mat(filter_.A), z, seen)
+        normal = [a + (u * b).real for a, b in zip(normal, f.entries(), strict=True)]
+        limit += (u * (acb_mat(plant.L) * x)[0, 0]).real + arb(level) * abs(u)
     return normal, limit
 
 

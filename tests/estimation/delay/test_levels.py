@@ -263,6 +263,8 @@ def test_grids_differentiate_and_integrate() -> None:
     assert net.points[0] == 0.0 and net.points[-1] == -1.0
     assert np.abs(net.slope @ np.exp(net.points) - np.exp(net.points)).max() < 1e-10
     assert net.weights @ np.exp(net.points) == pytest.approx(1 - np.exp(-1), abs=1e-13)
+    with np.errstate(all="raise"):
+        assert np.allclose(grid(1).slope, [[1.0, -1.0], [1.0, -1.0]])
     lumped = grid(200, Scheme.LUMPED)
     assert lumped.weights @ np.exp(lumped.points) == pytest.approx(1 - np.exp(-1), abs=5e-3)
     assert (lumped.slope @ np.exp(lumped.points))[1:] == pytest.approx(np.exp(lumped.points[1:]), abs=5e-3)

@@ -111,19 +111,18 @@ def altered(paper: str, change: Altered) -> Data:
     return told
 
 
-def largest(gain: Callable[[float], float], grid: Sequence[float] | Matrix, zooms: int = 8) -> float:
-    """The largest value of a gain over the grid, which is refined about the three highest of its places."""
-    points = np.asarray(grid, dtype=float)
-    values = np.array([gain(point) for point in points])
+def largest(gain: Callable[[Matrix], Matrix], points: Matrix, zooms: int = 8) -> float:
+    """The largest value of a gain over a grid of points, which is refined about the three highest of its places."""
+    values = gain(points)
     peak = float(values.max())
     for i in np.argsort(values)[-3:]:
         low, high = points[max(i - 1, 0)], points[min(i + 1, len(points) - 1)]
         for _ in range(zooms):
             inner = np.linspace(low, high, 7)
-            heights = [gain(point) for point in inner]
+            heights = gain(inner)
             j = int(np.argmax(heights))
             low, high = inner[max(j - 1, 0)], inner[min(j + 1, 6)]
-            peak = max(peak, heights[j])
+            peak = max(peak, float(heights[j]))
     return peak
 
 
@@ -154,10 +153,20 @@ def chain(steps: Sequence[tuple[Matrix, Matrix, Matrix, Matrix]]) -> tuple[Matri
     return state[:, :n], state[:, n:], out[:, :n], out[:, n:]
 
 
-def transfer(system: tuple[Matrix, Matrix, Matrix, Matrix], angle: float) -> NDArray[np.complex128]:
-    """D + C (zI - A)^-1 B at z = exp(j angle)."""
+def on_circle(angles: float | Matrix, A: Matrix) -> NDArray[np.complex128]:
+    """zI - A at z = exp(j angle), for each angle."""
+    return np.multiply.outer(np.exp(1j * np.asarray(angles)), np.eye(len(A))) - A
+
+
+def norms(M: NDArray[Any]) -> Matrix:
+    """The spectral norm of each matrix."""
+    return np.asarray(np.linalg.norm(M, 2, axis=(-2, -1)))
+
+
+def transfer(system: tuple[Matrix, Matrix, Matrix, Matrix], angles: float | Matrix) -> NDArray[np.complex128]:
+    """D + C (zI - A)^-1 B at z = exp(j angle), for each angle."""
     A, B, C, D = system
-    out: NDArray[np.complex128] = D + C @ np.linalg.solve(np.exp(1j * angle) * np.eye(len(A)) - A, B)
+    out: NDArray[np.complex128] = D + C @ np.linalg.solve(on_circle(angles, A), B)
     return out
 
 
@@ -166,4 +175,4 @@ def lifted_gain(steps: Sequence[tuple[Matrix, Matrix, Matrix, Matrix]], points: 
     system = chain(steps)
     if spectral_radius(system[0]) >= 1:
         return np.inf
-    return largest(lambda angle: np.linalg.norm(transfer(system, angle), 2), np.linspace(0, np.pi, points), zooms)
+    return largest(lambda angles: norms(transfer(system, angles)), np.linspace(0, np.pi, points), zooms)

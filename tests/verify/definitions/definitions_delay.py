@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg
-from definition import Check, Data, Matrix, array, checks, largest, number, smallest, spoken, within
+from definition import Check, Data, Matrix, array, checks, largest, norms, number, smallest, spoken, within
 from numpy.polynomial import legendre
 
 PAPER = "peet2019"
@@ -52,7 +52,7 @@ class Delayed:
         return float(np.linalg.norm(z @ np.linalg.inv(np.linalg.qr(w)[1]), 2))
 
     def unbeaten(self, lag: Lag = lambda a: np.exp(-a)) -> float:
-        return largest(lambda frequency: self.hidden(frequency, lag), np.linspace(0, 30, 301))
+        return largest(np.vectorize(lambda frequency: self.hidden(frequency, lag)), np.linspace(0, 30, 301))
 
     def roots(self, points: int = 40) -> Any:
         """Characteristic roots by collocation of the history at Chebyshev points of [-tau_K, 0]."""
@@ -267,7 +267,9 @@ def observer_bound(_: Data) -> None:
         closed -= (margin := max(np.linalg.eigvals(closed).real.max() + 0.3, 0)) * np.eye(n)
         A = A - margin * np.eye(n)
         gain = largest(
-            lambda w, a=closed, b=driven, c=C: np.linalg.norm(c @ np.linalg.solve(1j * w * np.eye(len(a)) - a, b), 2),
+            lambda w, a=closed, b=driven, c=C: norms(
+                c @ np.linalg.solve(np.multiply.outer(1j * w, np.eye(len(a))) - a, b)
+            ),
             np.linspace(0, 20, 201),
         )
         for factor in (0.85, 0.95, 1.1, 1.5):

@@ -107,8 +107,8 @@ def tracking_errors(told: Data) -> None:
                 Phi, Gamma = held(loop.A, loop.B, t)
                 return float(abs((loop.C @ (Phi @ x + Gamma @ u))[0, 0] - np.exp(s * (k * loop.T + t))))
 
-            times = np.linspace(0, loop.T, 31) if chosen["instants"] == "all" else [0.0]
-            peak = max(peak, largest(size, times, 5) if len(times) > 1 else size(0.0))
+            between = chosen["instants"] == "all"
+            peak = max(peak, largest(np.vectorize(size), np.linspace(0, loop.T, 31), 5) if between else size(0.0))
         within(number(error["lower"]), 100 * peak, number(error["upper"]), 1e-8)
 
 

@@ -95,7 +95,7 @@ def hidden_gain(told: Data, measured: list[list[int]]) -> float:
         unseen = Vh[np.count_nonzero(s > 1e-9 * s[0]) :].conj().T
         return float(np.linalg.norm(transfer(z, angle) @ unseen, 2))
 
-    return largest(gain, np.linspace(0, np.pi, 121))
+    return largest(np.vectorize(gain), np.linspace(0, np.pi, 121))
 
 
 def designed(told: Data, measured: list[list[int]], upper: float) -> None:

@@ -20,7 +20,9 @@ from definition import (
     held,
     largest,
     lifted_gain,
+    norms,
     number,
+    on_circle,
     smallest,
     spectral_radius,
     spoken,
@@ -246,11 +248,7 @@ def growth(A: Matrix) -> float:
 def alpha(A: Matrix, h: float) -> float:
     """The H-infinity norm of A Phi (zI - Phi)^-1."""
     Phi = scipy.linalg.expm(A * h)
-    one = np.eye(len(A))
-    return largest(
-        lambda angle: np.linalg.norm(A @ Phi @ np.linalg.inv(np.exp(1j * angle) * one - Phi), 2),
-        np.linspace(0, np.pi, 61),
-    )
+    return largest(lambda angles: norms(A @ Phi @ np.linalg.inv(on_circle(angles, Phi))), np.linspace(0, np.pi, 61))
 
 
 def interval(sampled: Sampled, h: float, gain: float, *, printed: bool = False) -> tuple[float, float]:
@@ -342,13 +340,12 @@ def changed_norm(sampled: Sampled, h: float, *, coordinates: Matrix | None = Non
     """Over the circle the largest norm, or eigenvalue, of A Phi (zI - Phi)^-1 Delta(theta) for a change to h."""
     T = np.eye(sampled.n) if coordinates is None else coordinates
     A = np.linalg.solve(T, sampled.A @ T)
-    Phi, one = scipy.linalg.expm(A * sampled.middle), np.eye(sampled.n)
-    theta = h - sampled.middle
-    Delta = np.sign(theta) * held(np.sign(theta) * A, one, abs(theta))[1]
+    Phi, theta = scipy.linalg.expm(A * sampled.middle), h - sampled.middle
+    Delta = np.sign(theta) * held(np.sign(theta) * A, np.eye(sampled.n), abs(theta))[1]
 
-    def size(angle: float) -> float:
-        M = A @ Phi @ np.linalg.inv(np.exp(1j * angle) * one - Phi) @ Delta
-        return spectral_radius(M) if modulus else float(np.linalg.norm(M, 2))
+    def size(angles: Matrix) -> Matrix:
+        M = A @ Phi @ np.linalg.inv(on_circle(angles, Phi)) @ Delta
+        return np.abs(np.linalg.eigvals(M)).max(axis=-1) if modulus else norms(M)
 
     return largest(size, np.linspace(0, np.pi, 61))
 
