@@ -17,9 +17,7 @@ Choice = TypeVar("Choice", bound=StrEnum)
 if TYPE_CHECKING:
     from control import StateSpace as StateSpace
 else:
-    StateSpace = type("StateSpace", (), {"__module__": "control"})
-    """In annotations it stands for that of python-control, which is loaded where it is needed."""
-
+    StateSpace = Any  # in annotations alone: python-control is loaded where it is needed
 
 LARGEST = 1e120
 """Entries above are refused: products of a few would overflow."""

@@ -5,6 +5,8 @@ from these hooks: bracket, table, plot, running observer, state space, exported 
 and then `analyse`; `analyse` takes any gains.
 """
 
+from __future__ import annotations
+
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -7,6 +7,8 @@ covariances Q of d, R of w, S of both and P0 of the start in place of factors. W
 plant keeps them.
 """
 
+from __future__ import annotations
+
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace

@@ -4,6 +4,8 @@ A file names classes of this library and what they are made with; to load it cal
 is run.
 """
 
+from __future__ import annotations
+
 import importlib
 import json
 from collections.abc import Iterable, Mapping, Sequence

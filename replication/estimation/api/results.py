@@ -4,6 +4,8 @@ A result is data and the ways to look at it; `plot` hands its curves to `replica
 where matplotlib is imported, and only then.
 """
 
+from __future__ import annotations
+
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace

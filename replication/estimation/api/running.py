@@ -10,6 +10,8 @@ off its schedule: `unscheduled` counts it. A filter that follows its covariance 
 left out, with one warning. The guaranteed level holds for the schedule without misses.
 """
 
+from __future__ import annotations
+
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Sequence

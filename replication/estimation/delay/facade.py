@@ -3,6 +3,8 @@
 x'(t) = A_0 x(t) + sum_i A_i x(t - tau_i) + B w(t); z is to be estimated from y = C_2 x, which is free of noise.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import Any
 

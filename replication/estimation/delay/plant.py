@@ -8,6 +8,8 @@ where mean_i[M x] = (1/tau_i) * integral over 0 <= s <= tau_i of sum_k M_ik (s/t
 delay, whose weight is a polynomial of the age s.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from itertools import pairwise

@@ -1,5 +1,7 @@
 """What the gains of a delay observer guarantee, as a result: running observer, error system, plot; and of the plant."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar

@@ -4,6 +4,8 @@ The input changes every period T, the sensor delivers every M T. The observer fi
 does so is a choice (`observer`, one of `OBSERVERS`). u = K x^, and L corrects the observer's differential equation.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import replace
 from enum import StrEnum

@@ -3,6 +3,8 @@
 The input is held over the period T; the sensor delivers y = C x every M T. Time unit: seconds.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar

@@ -1,5 +1,7 @@
 """What dual-rate gains guarantee in a closed loop, as a result: observer, state space, plot."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple

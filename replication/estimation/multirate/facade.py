@@ -5,6 +5,8 @@ periodic gains with the smallest worst-case gain from process and sensor noise t
 (`hinf`), with the smallest mean square error for white noise (`h2`, the Kalman filter), or between both (`mixed`).
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, Literal

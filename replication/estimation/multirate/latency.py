@@ -8,6 +8,8 @@ A sample of age a - f, with a whole and 0 <= f < 1, was taken f after instant k 
 what the plant says of that time, inputs and disturbances being held over the base period, and leaves it a later.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import ceil

@@ -5,6 +5,8 @@ X_k >= 0 with I - W X_k W'/level^2 > 0 at every phase (necessary and sufficient,
 not even a smoother, does better than the non-causal bound, so an optimum that meets it is bounded from both sides.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial

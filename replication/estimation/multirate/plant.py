@@ -5,6 +5,8 @@
 The papers have no B_w and D_u: B_w makes the noise of plant and sensors correlated, with covariance B_w D'.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Self

@@ -1,5 +1,7 @@
 """Multi-rate observers: gains for a problem, what they guarantee, and how they run; made by exact norms."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any

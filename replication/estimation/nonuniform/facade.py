@@ -4,6 +4,8 @@ The plant runs in continuous time and is sampled at periods that change from sam
 design gives one filter, whose level holds for every sequence of periods in the range.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, Literal

@@ -1,5 +1,7 @@
 """Filters of form (4), the error system (5) that they make with the plant, and its exact gain for given periods."""
 
+from __future__ import annotations
+
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

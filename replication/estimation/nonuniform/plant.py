@@ -1,6 +1,8 @@
 """The sampled plant of eqs. (1)-(3): a continuous-time system, its range of sampling periods, its exact
 discretisation."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self

@@ -1,5 +1,7 @@
 """What a filter guarantees for every sampling sequence, as a result: with fixed gains, or with time stamps."""
 
+from __future__ import annotations
+
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

@@ -4,6 +4,8 @@ Fisher's scoring: steps with the expected information, damped where the likeliho
 SIAM 11 (1963)).
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property

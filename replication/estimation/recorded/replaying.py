@@ -5,6 +5,8 @@ chi-square, and the autocorrelations of each sensor give the statistic of G. M. 
 (1978), eq. 1.3, chi-square too.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any

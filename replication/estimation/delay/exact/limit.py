@@ -1,5 +1,7 @@
 """The least level that any causal observer of a delay plant has, without an LMI: a limit of delay-free models."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 

@@ -1,5 +1,7 @@
 """The observer of a delay plant, with gains on the present innovation: its error, exact and as a model; its gains."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property

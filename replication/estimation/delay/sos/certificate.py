@@ -1,5 +1,7 @@
 """A certificate of a given level: a feasible point of Theorem 3 with moderate gains."""
 
+from __future__ import annotations
+
 from dataclasses import dataclass, replace
 
 import numpy as np

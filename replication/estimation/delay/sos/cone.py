@@ -3,6 +3,8 @@
 ζ(η) = [x; (Z_1(η)⊗I)φ(η); ∫(Z_2(η,θ)⊗I)φ(θ)dθ]. Every such form is non-negative by construction.
 """
 
+from __future__ import annotations
+
 import math
 from dataclasses import dataclass
 from enum import StrEnum

@@ -5,6 +5,8 @@ alone, E what reads C_2φ_i at all points and G what the gains add, ė = (F + GE
 the observer itself follows ξ' = (F + GE)ξ - GY, exact between linear samples.
 """
 
+from __future__ import annotations
+
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any

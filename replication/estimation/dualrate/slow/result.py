@@ -1,5 +1,7 @@
 """What a design at the slow rate guarantees, as a result: observer, running controller, state space, plot."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial

@@ -5,6 +5,8 @@ losses.analyse(best, losses.Independent(0.1))      mean square error, exact
 losses.design(best, losses.Markov(0.05, 0.6))      gains that know which samples came
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 

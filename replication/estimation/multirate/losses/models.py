@@ -4,6 +4,8 @@ times (Gilbert, Bell Syst. Tech. J. 39, 1960).
 A model steps from what it remembers of the past to what may come next; `automaton` makes all that may happen of it.
 """
 
+from __future__ import annotations
+
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field

@@ -17,6 +17,8 @@ Apkarian, Int. J. Robust Nonlinear Control 4 (1994)). The unknowns are X_c and g
 (1999), ch. 4) at the covariance gamma^2 X_c^-1. The periods at which it is asked for are found by exchange.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial

@@ -6,6 +6,8 @@ It linearises about its estimate, and guarantees nothing: neither that the error
 is that of the error. Source: A. H. Jazwinski, Stochastic Processes and Filtering Theory (1970), ch. 8.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar

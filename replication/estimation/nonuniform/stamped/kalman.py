@@ -5,6 +5,8 @@ Where the process noise is held, what a sample tells of it is kept until the nex
 for the smoother, which inverts no covariance of the state.
 """
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Self

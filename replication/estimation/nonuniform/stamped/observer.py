@@ -1,5 +1,7 @@
 """The filter with time stamps as it runs: `step(y, t=...)` for each sample."""
 
+from __future__ import annotations
+
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from math import isfinite

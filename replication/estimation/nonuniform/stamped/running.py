@@ -1,5 +1,7 @@
 """A Kalman filter that runs on time stamps: `step(y, t=...)` for each sample, in order, at once, or late."""
 
+from __future__ import annotations
+
 from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import replace
