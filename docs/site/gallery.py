@@ -63,7 +63,8 @@ def _shown(figure: Figure) -> str:
 
 
 def _function(plot: Any) -> Any:
-    """The function behind one of which some arguments are given already."""
+    """The function behind what wraps it, or gives it some arguments already."""
+    plot = inspect.unwrap(plot)
     return _function(plot.func) if isinstance(plot, functools.partial) else plot
 
 

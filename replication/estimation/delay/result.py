@@ -155,7 +155,7 @@ def result_of(
 
     norm, on_coarse, error = on(fine), on(coarse).lower, observer.error_model(fine)
     # As it runs, the observer has `order`; the gains themselves attain what finer grids agree on.
-    lower = min(norm.lower, *observer.gain_at(np.array([norm.angle]), 3 * fine // 2))
+    lower = min(norm.lower, float(observer.gain_at(np.array([norm.angle]), 3 * fine // 2)[0]))
     largest = on_coarse if order == coarse else norm.lower
     fault = f"but on {order + 1} points they have {largest:.6g}; raise `order` or `margin`"
     bracket = replace(kept(max(largest, lower), level, fault, BOTH_ENDS), lower=min(lower, level))
