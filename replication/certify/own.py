@@ -119,7 +119,8 @@ def _losses(result: LossResult, name: str, number: Any) -> Made:
         raise InvalidInputError(
             "the verifier has no statement on mean errors; a certificate is made under at most so many losses in a row"
         )
-    together, misses = result.model.together, result.model.misses
+    together = result.model.together
+    misses: Any = result.model.misses  # as it is kept, one for each sensor or one for all
     counts = misses * result.model.channels(result.problem.plant.sensors) if len(misses) == 1 else misses
     more = {"together": int(together), "misses": list(counts)}
     theorem = _sensed("multirate.gain-under-losses", result, result.problem, more, name, number)

@@ -184,6 +184,13 @@ def record(value: float = 1.3268, **more: Any) -> ClaimRecord:
 WHOLE = file_of(paper(claim()), record())
 OLD = results_file(record())
 MOVED = results_file(record(1.3269))
+
+
+def test_a_claim_of_the_file_rests_on_experiments_of_the_code() -> None:
+    file = file_of(paper(claim()), recorded(Evidence(method="m", value=1.3268), uses=("toy-gone",)))
+    assert any("uses toy-gone, which is no experiment" in str(problem) for problem in check(file, [paper(claim())]))
+
+
 SOLVER = SolverRecord(name="s", version="1", status="solved", options={"eps": 1e-9})
 
 

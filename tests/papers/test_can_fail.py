@@ -4,7 +4,9 @@ Numbers are altered by the name under which they lie in the results, all that ha
 """
 
 import copy
+import tomllib
 from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -25,6 +27,7 @@ CHANGES: tuple[Callable[[float], float], ...] = (
     lambda x: 1e3 * x + 1, lambda x: -x - 1e-3, lambda x: 0.99 * x, lambda x: 0,
 )  # fmt: skip
 ALL = "every number"
+READS = tomllib.loads(Path(__file__).with_name("reads.toml").read_text(encoding="utf-8"))
 
 
 def windows_as_printed(results: Results) -> None:
@@ -120,6 +123,16 @@ def results_of(paper: Paper, function: Callable[[Results], Any], fresh_run: Outc
     read = Read(computed)
     function(read)
     return dict(read)
+
+
+@pytest.mark.parametrize("key", papers.KEYS)
+def test_each_claim_and_each_proof_reads_all_that_it_rests_on(key: str, fresh_run: Outcome) -> None:
+    (paper,) = papers.load([key])
+    functions = {claim.id: claim.answer for claim in paper.claims}
+    proofs = {erratum.id: erratum.prove for erratum in paper.errata}
+    for entries, wanted in ((functions, READS[key]), (proofs, READS["errata"][key])):
+        read = {paper.short(name): sorted(results_of(paper, entry, fresh_run)) for name, entry in entries.items()}
+        assert read == wanted
 
 
 def judged(paper: Paper, claim: Claim) -> Callable[[Results], Verdict]:

@@ -149,9 +149,10 @@ def start_of_the_period(results: Results) -> Evidence:
         max(abs(a - b) for a, b in zip(orders["descending"], orders[order], strict=True))
         for order in ("shifted", "ascending")
     )
-    return rounded(
+    return below(
         shifted,
-        zero=IDENTITY_TOLERANCE,
+        IDENTITY_TOLERANCE,
+        "Moduli that are equal in exact arithmetic: rounding alone leaves far less.",
         method="Moduli of the eigenvalues of the product over one period, started at 1 and at 0.",
         quantities={
             "difference if the product starts at 1 instead of 0": shifted,

@@ -185,6 +185,9 @@ def _against_code(results: ResultsFile, papers: Sequence[Paper]) -> Iterator[Pro
             if key in records and (entry := getattr(records[key], field)) != value:
                 message = f"{field} is {_show(entry)} in the file and {_show(value)} in the code"
                 yield Problem(key[1], message, Cause.TEXT)
+    for claim in results.claims:
+        if lost := [use for use in claim.claim.uses if ("experiment", use) not in code]:
+            yield Problem(claim.id, f"uses {lost[0]}, which is no experiment in the code", Cause.SET)
 
 
 def stated(papers: Sequence[Paper]) -> dict[Name, dict[str, Any]]:

@@ -230,10 +230,10 @@ class Goal(StrEnum):
 
 
 def aimed(goal: Any, level: Any) -> tuple[Goal, float | None]:
-    """Goal and level as a user gave them, checked; raises InvalidInputError, also for a level of the Kalman filter."""
+    """Goal and level as a user gave them, checked; raises InvalidInputError, also for a level of the goal h2."""
     aim = one_of(Goal, goal)
     if aim is Goal.H2 and level is not None:
-        raise InvalidInputError("level belongs to the goals hinf and mixed; the Kalman filter (h2) has the one it has")
+        raise InvalidInputError("level belongs to the goals hinf and mixed; what is designed for h2 has the one it has")
     return aim, None if level is None else positive_scalar("level", level)
 
 

@@ -144,7 +144,7 @@ def result_of(
     """The gains of a certificate, evaluated in the closed loop by a method that shares nothing with the proof."""
     observer, level = HistoryObserver(system, observer_gains(certificate)), certificate.gamma
     fine = max(order, ORDER)
-    coarse = min(order, 2 * fine // 3)
+    coarse = order if order < fine else 2 * fine // 3
 
     def on(points: int) -> GainBracket:
         try:

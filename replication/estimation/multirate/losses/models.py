@@ -87,7 +87,7 @@ class InARow(LossModel):
         An entry is no whole number from 0 to 50.
     """
 
-    misses: Any
+    misses: int | Sequence[int]
     together: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
@@ -121,7 +121,7 @@ class Independent(LossModel):
         A probability is not from 0 to 1.
     """
 
-    probability: Any
+    probability: float | Sequence[float]
     together: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
@@ -155,14 +155,15 @@ class Markov(LossModel):
         A probability is not from 0 to 1, or `after_loss` is one: a burst would never end.
     """
 
-    after_arrival: Any
-    after_loss: Any
+    after_arrival: float | Sequence[float]
+    after_loss: float | Sequence[float]
     together: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
-        for name in ("after_arrival", "after_loss"):
-            object.__setattr__(self, name, _probabilities(name, getattr(self, name)))
-        if max(self.after_loss) >= 1:
+        after = {name: _probabilities(name, getattr(self, name)) for name in ("after_arrival", "after_loss")}
+        for name, probabilities in after.items():
+            object.__setattr__(self, name, probabilities)
+        if max(after["after_loss"]) >= 1:
             raise InvalidInputError(
                 "after_loss must be below 1, or a burst never ends; leave out a sensor that is lost"
             )
@@ -179,11 +180,11 @@ class Markov(LossModel):
         )
 
 
-def _entry(values: tuple[Any, ...], channel: int) -> Any:
+def _entry(values: Any, channel: int) -> Any:
     return values[channel if len(values) > 1 else 0]
 
 
-def _listed(values: tuple[Any, ...]) -> str:
+def _listed(values: Any) -> str:
     return ", ".join(str(value) for value in values)
 
 
