@@ -258,7 +258,9 @@ def _paper(state: _Run, paper: Paper) -> tuple[PaperRecord, dict[str, str]]:
     levels, unshared, _ = state.attempt(paper, paper.common)
     record = PaperRecord(
         findings=findings if findings is not None else (f"The findings could not be computed: {error}",),
-        sensitivity=tuple(msgspec.structs.replace(row, claim=f"{paper.key}.{row.claim}") for row in moves or ()),
+        sensitivity=tuple(
+            msgspec.structs.replace(row, claim=f"{paper.key}.{paper.short(row.claim)}") for row in moves or ()
+        ),
         common=levels or (),
         **shared(PaperRecord, paper),
     )
