@@ -42,18 +42,6 @@ def times(factor: float) -> Callable[[Any], Any]:
     return lambda value: [factor * entry for entry in value] if isinstance(value, list) else factor * value
 
 
-class Read(dict[str, Any]):
-    """Of results those that were read."""
-
-    def __init__(self, results: Results) -> None:
-        super().__init__()
-        self._results = results
-
-    def __missing__(self, name: str) -> Any:
-        self[name] = self._results[name]
-        return self[name]
-
-
 def verdict(paper: Paper, claim: Claim, results: Results, proof: bool | None = None) -> Verdict:
     """The verdict with these results; proof: whether that of the claim's erratum holds, else it is computed."""
     evidence = claim.answer(results)

@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from faults import Fault, Read, Results, put, verdict
+from faults import Fault, Results, put, verdict
 
 import papers
+from papers._common import Read
 from papers.mustafa.method import CORRECT
 from papers.mustafa.printed import DATA as MUSTAFA
 from papers.peet2019.printed import DATA as PEET
@@ -122,7 +123,7 @@ def results_of(paper: Paper, function: Callable[[Results], Any], fresh_run: Outc
     computed = {name.removeprefix(f"{paper.key}."): value for name, value in fresh_run.results_by_experiment.items()}
     read = Read(computed)
     function(read)
-    return dict(read)
+    return {name: computed[name] for name in read.names}
 
 
 @pytest.mark.parametrize("key", papers.KEYS)

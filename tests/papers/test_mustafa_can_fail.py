@@ -5,8 +5,9 @@ import re
 
 import pytest
 from computed import result
-from faults import Fault, Read, Results, all_of, put, verdict
+from faults import Fault, Results, all_of, put, verdict
 
+from papers._common import Read
 from papers.mustafa import PAPER
 from papers.mustafa.claims.algorithm import BOUND_9, CORRECTED_GRID
 from papers.mustafa.experiments.declared import EXPERIMENTS
@@ -121,7 +122,7 @@ def test_each_correction_that_a_claim_rests_on_is_named(results: Results) -> Non
     for name, claim in CLAIMS.items():
         wanted = {erratum for erratum, readings in CORRECTED.items() if claim.reading in readings}
         note = claim.answer(read := Read(results)).note
-        if any(use.endswith(".2") or use.startswith(OF_SECOND) for use in read):
+        if any(use.endswith(".2") or use.startswith(OF_SECOND) for use in read.names):
             wanted.add("motor-constant")
         field = (claim.erratum or "").removeprefix(f"{KEY}.")
         noted = re.findall(r"[\w-]+", " ".join(re.findall(r"\(errat(?:um|a) ([^)]*)\)", note)))

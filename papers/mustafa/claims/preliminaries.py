@@ -7,6 +7,7 @@ from typing import Any
 
 from msgspec.structs import replace
 
+from papers._common import Read
 from papers.mustafa.experiments.declared import OF_SECOND
 from papers.mustafa.method import AS_PRINTED, Step4
 from papers.mustafa.printed import EXAMPLES, GAMMA, upper_end
@@ -33,24 +34,12 @@ def on_motor(part: Part) -> Part:
     return part
 
 
-class _Read(dict[str, Any]):
-    """The results that an answer has read."""
-
-    def __init__(self, results: Results) -> None:
-        super().__init__()
-        self._results = results
-
-    def __missing__(self, name: str) -> Any:
-        self[name] = self._results[name]
-        return self[name]
-
-
 def _noted(answer: Callable[[Results], Evidence]) -> Callable[[Results], Evidence]:
     @wraps(answer)
     def noted(results: Results) -> Evidence:
-        evidence = answer(read := _Read(results))
+        evidence = answer(read := Read(results))
         return (
-            replace(evidence, note=f"{evidence.note} {MOTOR_CONSTANT}".strip()) if OF_SECOND & set(read) else evidence
+            replace(evidence, note=f"{evidence.note} {MOTOR_CONSTANT}".strip()) if OF_SECOND & read.names else evidence
         )
 
     return noted

@@ -21,6 +21,7 @@ from replication.estimation.delay.sos.certificate import Certificate
 from replication.estimation.delay.sos.observer import DelayGains, HistoryObserver, spectral_abscissa
 from replication.estimation.delay.sos.operators import check, observer_gains
 from replication.estimation.linear.norms import GainBracket, continuous_norm
+from replication.estimation.linear.periodic import Stage
 from replication.estimation.validation import Array, StateSpace, frozen
 
 BOTH_ENDS = "closed loop with collocated histories; a certificate by sums of squares"
@@ -146,14 +147,15 @@ def result_of(
     fine = max(order, ORDER)
     coarse = order if order < fine else 2 * fine // 3
 
-    def on(points: int) -> GainBracket:
+    def on(points: int, model: Stage) -> GainBracket:
         try:
-            return continuous_norm(*observer.error_model(points))
+            return continuous_norm(*model)
         except InfeasibleError as error:
             fault = f"the gains prove the level {level:.6g}, but on {points + 1} points of the histories {error}"
             raise SolverError(f"{fault}; raise `order` or `margin`") from error
 
-    norm, on_coarse, error = on(fine), on(coarse).lower, observer.error_model(fine)
+    error = observer.error_model(fine)
+    norm, on_coarse = on(fine, error), on(coarse, observer.error_model(coarse)).lower
     # As it runs, the observer has `order`; the gains themselves attain what finer grids agree on.
     lower = min(norm.lower, float(observer.gain_at(np.array([norm.angle]), 3 * fine // 2)[0]))
     largest = on_coarse if order == coarse else norm.lower

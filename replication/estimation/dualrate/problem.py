@@ -167,8 +167,9 @@ def dual_rate_design(
     that the input loses by holding over T, or the sensor by sampling at M T.
     """
     design = DualRateDesign(as_plant(plant), feedback, injection, period, ratio)
-    A, C = (model := in_units(design.model, units_of(design.model))).A, model.C
-    driven = model if moved is None else in_units(moved, units_of(moved))
+    model = balanced(design.model)
+    A, C = model.A, model.C
+    driven = model if moved is None else balanced(moved)
     if (mode := undetectable_mode(driven.A.T, driven.B_u.T, discrete=False)) is not None:
         raise InvalidInputError(f"(A, B) is not stabilisable: no input moves the unstable mode {mode:.6g}")
     if (mode := undetectable_mode(A, C, discrete=False)) is not None:
@@ -193,8 +194,9 @@ def units_of(plant: Plant) -> Array:
     return balanced_units(A, np.hstack([B, np.eye(len(A))[:, still]]), plant.C)
 
 
-def in_units(plant: Plant, t: Array) -> Plant:
-    """The plant with x = t x~."""
+def balanced(plant: Plant) -> Plant:
+    """The plant with x = t x~ for these units t."""
+    t = units_of(plant)
     return Plant(plant.A * t / t[:, None], plant.B_u / t[:, None], plant.C * t)
 
 

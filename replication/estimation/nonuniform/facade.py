@@ -36,7 +36,7 @@ def _read(plant: Any, measured: Any, makes: type[SampledPlant] = SampledPlant) -
 
     Raises InvalidInputError for norms over time, for which nothing is designed.
     """
-    if getattr(plant, "weighted", False):
+    if isinstance(plant, SampledPlant) and plant.weighted:
         raise InvalidInputError(
             f"levels are of norms over the samples, got a {type(plant).__name__}; give a SampledPlant"
         )

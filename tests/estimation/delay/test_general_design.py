@@ -22,7 +22,6 @@ from replication.estimation.delay import (
     exact_gain,
     limit,
 )
-from replication.estimation.delay.exact import response
 from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.response import right_roots
 from replication.estimation.delay.general import design as designs
@@ -196,7 +195,7 @@ def test_what_is_refused_and_why(
 def test_what_is_next_to_it_is_not_refused() -> None:
     assert design(late_sensor(1.0), level=1.5).value == pytest.approx(1.5)
     # Its gain is but rounding, whose spectrum takes long to integrate.
-    with patch.object(response, "MOST", 2_000), patch.object(designs, "_mean", return_value=()):
+    with patch.object(designs, "_mean", return_value=()):
         assert design(REVEALING, level=0.1).bracket.lower <= 0.1
     assert design(DelayPlant(**DEPENDENT, d21=[[0, 0.1, 0], [0, 0, 0.1]])).value < 1.0  # type: ignore[arg-type]
 
