@@ -1,28 +1,259 @@
 """The four methods: what a plant file holds, the options of the command line, how plant and design are made.
 
 One `Method` describes each, its keys and options in `methods.toml`; the reader of plant files, the parser of the
-command line and its help derive from it. Nothing heavy is imported before a design is made.
+command line and its help derive from it. Nothing heavy is imported before a design is made. The letters of a shape
+stand for numbers that must agree within a file: n states, u known inputs, q sensors, and so on.
 """
 
 from __future__ import annotations
 
+import argparse
+import shutil
+import sys
 import tomllib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from functools import partial
+from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self, TypeVar, get_type_hints
 
+from replication import __version__
 from replication.errors import InvalidInputError
 from replication.estimation import delay, dualrate, multirate, nonuniform
 from replication.estimation.multirate import losses
-from replication.ownplant.fields import Field, Option
-from replication.ownplant.searching import every_core
+from replication.files import write_atomically
 
 if TYPE_CHECKING:
     from replication.estimation.api.results import GainResult
 
+T = TypeVar("T")
+U = TypeVar("U")
 Values = Mapping[str, Any]
+LARGEST = 1e60
+"""Of an entry; the methods take powers of entries, which must stay in the range of floating point."""
+
+
+class Kind(StrEnum):
+    """How a value is written in the file; the text is the advice."""
+
+    TIME = "a positive number, such as 0.1"
+    TIMES = "a list of positive numbers, such as [0.1, 0.2]"
+    AGES = "a list of numbers from 0 on, such as [0, 0.15]"
+    MATRIX = "a list of rows, such as [[1, 0], [0, 1]]"
+    WORD = 'a word in quotes, such as "h2"'
+    COVARIANCE = "a list of rows, such as [[1, 0], [0, 1]], or of variances, such as [1, 1]"
+    MATRICES = "a list of matrices, such as [[[1, 0], [0, 1]]]"
+
+
+@dataclass(frozen=True)
+class Field:
+    """One key of a plant file; shape: its letters, (rows, columns) for a matrix, with the count first for several.
+
+    instead: a key that may stand in the place of a required one.
+    """
+
+    name: str
+    kind: Kind
+    shape: tuple[str, ...] = ()
+    required: bool = True
+    meaning: str = ""
+    instead: str = ""
+
+    @classmethod
+    def of(cls, name: str, *, shape: str = "", kind: str = "", optional: bool = False, **attributes: str) -> Self:
+        """From a row of `methods.toml`; a matrix, or several if there are three letters, unless it says otherwise."""
+        letters = tuple(shape.split())
+        kind = kind or ("matrices" if len(letters) == 3 else "matrix")
+        return cls(name, Kind[kind.upper()], letters, not optional, **attributes)
+
+    def described(self) -> str:
+        """Shape and meaning, for the help of the command line."""
+        shape = f" ({', '.join(self.shape)})" if self.shape else ""
+        return f"{shape}  {self.meaning}{'' if self.required else ', optional'}"
+
+
+NAMES = {"states": "n", "inputs": "u", "measurements": "q", "outputs": "z"}
+"""Lists of the table [names], and the letter that says how many there are."""
+
+
+@dataclass(frozen=True)
+class Option:
+    """`--name METAVAR`, passed on to the design under its name; read: its value from the word that was given."""
+
+    name: str
+    read: Callable[[str], Any]
+    help: str
+    metavar: str | None = None
+    required: bool = False
+    choices: tuple[str, ...] | None = None
+
+    @classmethod
+    def of(
+        cls, name: str, *, read: str = "word", most: int = 0, several: bool = False, two: bool = False, **settings: Any
+    ) -> Self:
+        """From a row of `methods.toml`."""
+        reader = up_to(most) if most else READERS[read]
+        choices = tuple(settings.pop("choices", ())) or None
+        return cls(name, pair(reader) if two else listed(reader) if several else reader, choices=choices, **settings)
+
+    def add(self, parser: argparse.ArgumentParser) -> None:
+        """Add the option to a parser."""
+        settings = {key: value for key, value in vars(self).items() if key not in ("name", "read")}
+        parser.add_argument(f"--{self.name}", type=self.read, **settings)
+
+
+def listed(reader: Callable[[str], T]) -> Callable[[str], list[T]]:
+    """Reads values that commas separate."""
+    return lambda text: [reader(part.strip()) for part in text.split(",")]
+
+
+def pair(reader: Callable[[str], T]) -> Callable[[str], list[T]]:
+    """Reads exactly two values."""
+
+    def ends(text: str) -> list[T]:
+        values = listed(reader)(text)
+        if len(values) != 2:
+            raise argparse.ArgumentTypeError(f"{text!r} must be two numbers, such as 0.1,0.3")
+        return values
+
+    return ends
+
+
+def offsets(text: str) -> list[int] | str:
+    """A list of whole numbers from zero on, or the word `best`."""
+    return text if text == "best" else listed(natural)(text)
+
+
+def age(text: str) -> float:
+    """A number from zero on."""
+    return 0.0 if text.strip("0.") == "" and "0" in text else positive(text)
+
+
+def probability(text: str) -> float:
+    """A number from zero to one."""
+    if age(text) > 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a probability from 0 to 1")
+    return age(text)
+
+
+def natural(text: str) -> int:
+    """A whole number from zero on."""
+    if not text.isascii() or not text.isdecimal() or len(text) > 9:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 on")
+    return int(text)
+
+
+def whole(text: str) -> int:
+    """A whole number from one on."""
+    if natural(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 1")
+    return int(text)
+
+
+def up_to(most: int) -> Callable[[str], int]:
+    """Whole numbers from one to `most`, beyond which a design takes hours."""
+
+    def read(text: str) -> int:
+        if whole(text) > most:
+            raise argparse.ArgumentTypeError(f"{text!r} is more than {most}; the library takes what the memory allows")
+        return int(text)
+
+    return read
+
+
+def positive(text: str) -> float:
+    """A positive number whose powers stay in the range of floating point."""
+    try:
+        number = float(text)
+    except ValueError:
+        number = 0.0
+    if not 0 < number < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a positive number")
+    if not 1 / LARGEST <= number <= LARGEST:
+        raise argparse.ArgumentTypeError(f"{text!r} is not from {1 / LARGEST:g} to {LARGEST:g}; choose other units")
+    return number
+
+
+READERS: dict[str, Callable[[str], Any]] = {
+    "word": str, "offsets": offsets, "age": age, "probability": probability, "natural": natural, "whole": whole,
+    "positive": positive,
+}  # fmt: skip
+"""Of one value, by the name that `methods.toml` has for them."""
+
+
+KEPT = "kept"
+"""The folder of a store that holds the values; what else lies in the store is not ours."""
+FEW = 8
+"""Up to so many the processes would take longer to start than to compute."""
+
+
+def every_core(function: Callable[[T], U], items: Sequence[T], *, store: Path | None = None) -> Iterator[U]:
+    """The values of `function` in the order of `items`, as `map` gives them, by one process per core.
+
+    store: a directory in which each value is kept as soon as it is there; what an earlier run with the same version of
+    this package left there is not computed again. Those of a partial function are kept, whose return type is declared.
+    On a terminal a bar on standard error shows how many are done, and an estimate of the time left.
+    """
+    import joblib
+    from rich.console import Console
+    from rich.progress import track
+
+    value: Callable[[T], U] = function
+    if store is not None and isinstance(function, partial):
+        value = partial(_kept, store / KEPT, function)
+    with joblib.parallel_config(backend="loky", inner_max_num_threads=1):
+        yield from track(
+            joblib.Parallel(-1 if len(items) > FEW else 1, return_as="generator")(
+                joblib.delayed(value)(item) for item in items
+            ),
+            "timings",
+            total=len(items),
+            console=Console(stderr=True),
+            transient=True,
+            disable=not sys.stderr.isatty(),
+        )
+
+
+def forget(store: Path) -> None:
+    """Remove what `every_core` kept in a store, and the directory if nothing else lies there."""
+    shutil.rmtree(store / KEPT, ignore_errors=True)
+    if store.is_dir() and not any(store.iterdir()):
+        store.rmdir()
+
+
+def _kept(folder: Path, function: partial[U], item: Any) -> U:
+    """The value from its file, else computed and written there.
+
+    The folder may be a stranger's: its files are read as JSON of the type that the function returns, never as objects
+    that bring code along, and one that is not whole is computed again.
+    """
+    import msgspec
+
+    called = [__version__, function.func.__module__, function.func.__qualname__, function.args, item]
+    key = sha256(msgspec.json.encode(called, enc_hook=_plain, order="deterministic")).hexdigest()
+    path = folder / f"{key}.json"
+    try:
+        checksum, _, text = path.read_bytes().partition(b"\n")
+        if checksum == _checksum(key, text):
+            result: U = msgspec.json.decode(text, type=get_type_hints(function.func)["return"])
+            return result
+    except (OSError, msgspec.DecodeError):
+        pass
+    value = function(item)
+    text = msgspec.json.encode(value)
+    write_atomically(path, _checksum(key, text) + b"\n" + text)
+    return value
+
+
+def _checksum(key: str, text: bytes) -> bytes:
+    return sha256(key.encode() + text).hexdigest().encode()
+
+
+def _plain(argument: Any) -> Any:
+    """An array or a path among the arguments as JSON can hold it."""
+    return argument.tolist() if hasattr(argument, "tolist") else str(argument)
 
 
 @dataclass(frozen=True)
