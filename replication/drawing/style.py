@@ -1,8 +1,8 @@
 """House style of the figures: a narrow column, colours of the report, curves that differ without colour as well.
 
 matplotlib is imported inside the functions, so that commands which draw nothing start fast. Axes and text are drawn in
-`FOREGROUND`, which `svg.tidy` turns into `currentColor`, and the other colours become those of the page in `svg.inner`:
-an inlined figure follows its page, light or dark.
+`FOREGROUND`, which `panels.tidy` turns into `currentColor`, and the other colours become those of the page in
+`panels.inner`: an inlined figure follows its page, light or dark.
 """
 
 from __future__ import annotations
