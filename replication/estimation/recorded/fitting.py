@@ -18,10 +18,9 @@ from scipy import stats
 from replication.drawing.panels import Panel
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.api.shown import Shown
-from replication.estimation.recorded.forms import Form, of_plant
 from replication.estimation.recorded.log import Log, by_sensor
 from replication.estimation.recorded.replaying import PROBABILITY, Replay, begun, logged, replayed
-from replication.estimation.recorded.series import Parameters, Series, likelihood
+from replication.estimation.recorded.series import Form, Parameters, Series, likelihood, of_plant
 from replication.estimation.validation import Array
 
 STEPS, LONGEST, DAMPED, SETTLED = 100, 2.0, 0.1, 1e-9

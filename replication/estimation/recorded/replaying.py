@@ -21,9 +21,8 @@ from replication.estimation.api.plants import numbered
 from replication.estimation.api.shown import Shown, as_csv, as_text
 from replication.estimation.nonuniform.stamped.extended import ExtendedFilter, ExtendedKalman, extended
 from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant
-from replication.estimation.recorded.forms import Form, of_observer
 from replication.estimation.recorded.log import Log, by_sensor, read_log
-from replication.estimation.recorded.series import Parameters, Run, whitened
+from replication.estimation.recorded.series import Form, Parameters, Run, of_observer, whitened
 from replication.estimation.validation import Array, as_array
 
 LAGS, PROBABILITY, BANDED = 10, 0.95, "95 % band"

@@ -19,8 +19,8 @@ from replication.estimation.nonuniform import NoisyPlant, StampedKalman
 from replication.estimation.nonuniform.stamped.transition import Transition
 from replication.estimation.recorded import fit, replay
 from replication.estimation.recorded.fitting import Likelihood
-from replication.estimation.recorded.forms import of_plant
 from replication.estimation.recorded.log import read_log
+from replication.estimation.recorded.series import of_plant
 
 CART = NoisyPlant(
     [[0, 1], [0, -1]], [[1, 0], [0, 1]], Q=[[0, 0], [0, 0.5]], R=[0.04, 0.01], B_u=[[0], [1]], sensors=["x", "v"]
