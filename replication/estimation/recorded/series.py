@@ -11,6 +11,8 @@ the Fisher information is sum(1/2 tr(V^-1 V_i V^-1 V_j) + e_i' V^-1 e_j), where 
 Gupta and R. K. Mehra, IEEE TAC 19 (1974)).
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
@@ -42,16 +44,6 @@ LOST = (
 )
 
 
-class Drift(NamedTuple):
-    """What moves with an instant: A (n, n) and noise (s, n, n) in continuous time, the known drive (N, n), and by how
-    much each step becomes longer with the latency of each sensor (N, q)."""
-
-    A: Array
-    noise: Array
-    drive: Array
-    longer: Array
-
-
 class Parameters(NamedTuple):
     """Values, and then their derivatives by each of p parameters, of the variances v (p + 1, s), of R (p + 1, q, q) and
     of the biases (p + 1, q); late: the sensors whose latencies are the last parameters."""
@@ -74,55 +66,104 @@ class Run(NamedTuple):
     gated: int
 
 
-@dataclass(frozen=True, eq=False)
-class Series:
-    """A log with the model of its steps.
+class Moves(NamedTuple):
+    """Different steps: Phi (U, n, n), Gamma (U, n, m), noise (U, s, n, n); and which (N,) follows each row."""
 
-    log; due (N, q): numbers that may be used; C (q, n); known (N, q): effect of the inputs on the measurements; Phi
-    (U, n, n) and noise (U, s, n, n): different steps, of which `which` (N,) follows each row; drive (N, n): effect of
-    the inputs over it; x0 (n,) and P0 (n, n) of the start; gains (period, n, q): where they are fixed; gate: in
-    standard deviations, 0 for none; drift: where instants move.
+    Phi: Array
+    Gamma: Array
+    noise: Array
+    which: Any
+
+
+@dataclass(frozen=True, eq=False)
+class Form:
+    """A plant with its noise, or a filter of it.
+
+    sensors, inputs: names, the latter if known; noise: names of the s variances v (s,) of the process noise; C (q, n),
+    D_u (q, m); R (q, q); P0 (n, n); moves: the steps along a log; refitted: the plant with other v and R; dt: base
+    period, s, or None for time stamps; gains (period, n, q): where they are fixed; due (period, q): a schedule; gate;
+    under_way: states that are samples on their way; flow: A, B_u and effects of v (s, n, n) in continuous time.
     """
 
-    log: Log
-    due: NDArray[np.bool_]
+    sensors: tuple[str, ...]
+    inputs: tuple[str, ...]
+    noise: tuple[str, ...]
+    v: Array
     C: Array
-    known: Array
-    Phi: Array
-    noise: Array
-    which: NDArray[np.intp]
-    drive: Array
-    x0: Array
+    D_u: Array
+    R: Array
     P0: Array
+    moves: Callable[[Log], Moves]
+    refitted: Callable[[Array, Array], Any]
+    dt: float | None = None
     gains: Array | None = None
+    due: Any = None
     gate: float = 0.0
-    drift: Drift | None = None
+    under_way: int = 0
+    flow: tuple[Array, Array, Array] | None = None
+
+    def expected(self, rows: int) -> Any:
+        """When sensors are due (rows, q)."""
+        phases = np.ones((1, len(self.C)), dtype=bool) if self.due is None else self.due
+        return phases[np.arange(rows) % len(phases)]
+
+    def along(self, log: Log, latency: Array, start: Array) -> Series:
+        """The filter over a log whose samples are as late as `latency` (q,) says, NaN where they are not."""
+        taken, owner = log.taken(latency)
+        moves, N = self.moves(taken), len(taken.t)
+        due = np.ones(taken.y.shape, dtype=bool)
+        if self.gains is not None:  # a filter that follows its covariance takes a sample off its schedule
+            due &= self.expected(N)
+        drive = np.einsum("knm,km->kn", moves.Gamma[moves.which], taken.u)
+        sooner = -(owner[:, None] == np.arange(len(self.C))).astype(float)
+        longer = np.diff(sooner, axis=0, append=sooner[-1:])
+        return Series(self, taken, moves, due, taken.u @ self.D_u.T, drive, longer, start)
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """A form along a log.
+
+    due (N, q): numbers that may be used; known (N, q): effect of the inputs on the measurements; drive (N, n): effect
+    of the inputs over the step that follows each row; longer (N, q): by how much that step becomes longer with the
+    latency of each sensor; start (n,): the first x.
+    """
+
+    form: Form
+    log: Log
+    moves: Moves
+    due: NDArray[np.bool_]
+    known: Array
+    drive: Array
+    longer: Array
+    start: Array
 
     def run(self, parameters: Parameters) -> Run:
         """Along the whole log."""
-        log, (N, q), n, p = self.log, self.log.y.shape, len(self.P0), len(parameters.R) - 1
+        form, log, (Phi, _, noise, which), p = self.form, self.log, self.moves, len(parameters.R) - 1
+        (N, q), n = log.y.shape, len(self.start)
         due = self.due & ~np.isnan(log.y)
         used = due.copy()
         y = np.where(due, log.y - self.known - parameters.bias[0], 0.0)
-        spread = np.einsum("ps,usij->upij", parameters.v, self.noise)
+        spread = np.einsum("ps,usij->upij", parameters.v, noise)
         X, P = np.zeros((p + 1, n)), np.zeros((p + 1, n, n))
-        X[0], P[0] = self.x0, self.P0
+        X[0], P[0] = self.start, form.P0
         run = Run(np.empty((N, n)), np.empty((N, n, n)), np.empty((N, p + 1, q)), np.empty((N, p + 1, q, q)), used, 0)
         sensing: dict[bytes, Sensing] = {}
         corrections: dict[tuple[bytes, int, int], Correction] = {}
-        phases, repeats = 1 if self.gains is None else len(self.gains), len(self.Phi) <= REPEATS
-        for k, (sample, came, step) in enumerate(zip(y, used, self.which.tolist(), strict=True)):
-            if self.gate:
-                variances = np.diag(self.C @ P[0] @ self.C.T + parameters.R[0])
-                came &= (sample - self.C @ X[0]) ** 2 <= self.gate**2 * variances
+        phases, repeats = 1 if form.gains is None else len(form.gains), len(Phi) <= REPEATS
+        for k, (sample, came, step) in enumerate(zip(y, used, which.tolist(), strict=True)):
+            if form.gate:
+                variances = np.diag(form.C @ P[0] @ form.C.T + parameters.R[0])
+                came &= (sample - form.C @ X[0]) ** 2 <= form.gate**2 * variances
             key = came.tobytes()
             if key not in sensing:
-                sensing[key] = _sensing(self.C, parameters, came)
+                sensing[key] = _sensing(form.C, parameters, came)
             sensors, place = sensing[key], (key, step, k % phases)
             now = corrections.get(place)
             if now is None or np.abs(P - now.prior).max() > SETTLED * np.abs(P).max():
-                fixed = None if self.gains is None else self.gains[k % phases] * came
-                now = _corrected(P, sensors, self.Phi[step], spread[step], fixed)
+                fixed = None if form.gains is None else form.gains[k % phases] * came
+                now = _corrected(P, sensors, Phi[step], spread[step], fixed)
                 if repeats:
                     corrections[place] = now
             e = run.e[k]
@@ -132,23 +173,23 @@ class Series:
             if p:
                 X[1:] += now.dK @ e[0]
             run.x[k], run.P[k], run.V[k] = X[0], now.filtered[0], now.V
-            X = X @ self.Phi[step].T
+            X = X @ Phi[step].T
             X[0] += self.drive[k]
             P = now.following
-            if self.drift is not None and parameters.late:
+            if parameters.late:
                 P = self._moved(k, X, P, parameters)
         return run._replace(gated=int(np.sum(due & ~used)))
 
     def _moved(self, k: int, X: Array, P: Array, parameters: Parameters) -> Array:
         """The derivatives after a step that becomes longer with a latency."""
-        assert self.drift is not None
-        A, noise, drive, longer = self.drift
+        assert self.form.flow is not None, "sensors with time stamps alone are late"
+        A, B, noise = self.form.flow
         moved = np.array(P)
         flow = A @ P[0]
         flow = flow + flow.T + np.tensordot(parameters.v[0], noise, 1)
         for i, sensor in enumerate(parameters.late, start=len(P) - len(parameters.late)):
-            X[i] += longer[k, sensor] * (A @ X[0] + drive[k])
-            moved[i] += longer[k, sensor] * flow
+            X[i] += self.longer[k, sensor] * (A @ X[0] + B @ self.log.u[k])
+            moved[i] += self.longer[k, sensor] * flow
         return moved
 
 
@@ -231,66 +272,6 @@ SAME = 1e-9
 """Relative difference of gains that is rounding."""
 UNSTEADY = 100.0
 """Covariance of the start of a log, in units of that of the steady state."""
-
-
-class Moves(NamedTuple):
-    """Different steps: Phi (U, n, n), Gamma (U, n, m), noise (U, s, n, n); and which (N,) follows each row."""
-
-    Phi: Array
-    Gamma: Array
-    noise: Array
-    which: Any
-
-
-@dataclass(frozen=True, eq=False)
-class Form:
-    """A plant with its noise, or a filter of it.
-
-    sensors, inputs: names, the latter if known; noise: names of the s variances v (s,) of the process noise; C (q, n),
-    D_u (q, m); R (q, q); P0 (n, n); moves: the steps along a log; refitted: the plant with other v and R; dt: base
-    period, s, or None for time stamps; gains (period, n, q): where they are fixed; due (period, q): a schedule; gate;
-    under_way: states that are samples on their way; flow: A, B_u and effects of v (s, n, n) in continuous time.
-    """
-
-    sensors: tuple[str, ...]
-    inputs: tuple[str, ...]
-    noise: tuple[str, ...]
-    v: Array
-    C: Array
-    D_u: Array
-    R: Array
-    P0: Array
-    moves: Callable[[Log], Moves]
-    refitted: Callable[[Array, Array], Any]
-    dt: float | None = None
-    gains: Array | None = None
-    due: Any = None
-    gate: float = 0.0
-    under_way: int = 0
-    flow: tuple[Array, Array, Array] | None = None
-
-    def expected(self, rows: int) -> Any:
-        """When sensors are due (rows, q)."""
-        phases = np.ones((1, len(self.C)), dtype=bool) if self.due is None else self.due
-        return phases[np.arange(rows) % len(phases)]
-
-    def along(self, log: Log, latency: Array, start: Array) -> Series:
-        """The filter over a log whose samples are as late as `latency` (q,) says, NaN where they are not."""
-        taken, owner = log.taken(latency)
-        moves, N = self.moves(taken), len(taken.t)
-        due = np.ones(taken.y.shape, dtype=bool)
-        if self.gains is not None:  # a filter that follows its covariance takes a sample off its schedule
-            due &= self.expected(N)
-        drift = None
-        if self.flow is not None and np.any(owner >= 0):
-            A, B, effects = self.flow
-            sooner = -(owner[:, None] == np.arange(len(self.C))).astype(float)
-            drift = Drift(A, effects, taken.u @ B.T, np.diff(sooner, axis=0, append=sooner[-1:]))
-        drive = np.einsum("knm,km->kn", moves.Gamma[moves.which], taken.u)
-        return Series(
-            taken, due, self.C, taken.u @ self.D_u.T, moves.Phi, moves.noise, moves.which, drive, start, self.P0,
-            self.gains, self.gate, drift,
-        )  # fmt: skip
 
 
 def stamped(plant: NoisyPlant, gate: float = 0.0) -> Form:
