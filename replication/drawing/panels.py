@@ -100,13 +100,8 @@ def _width(names: Sequence[str], columns: int) -> int:
     return sum(MARK + max(map(len, names[i : i + rows])) for i in range(0, len(names), rows))
 
 
-def draw_svg(panels: Sequence[Panel], name: str) -> str:
-    """The same as a small stand-alone SVG file, the same bytes every time; `name` starts its ids."""
-    return as_svg(draw(panels), name)
-
-
 def as_svg(figure: Figure, name: str) -> str:
-    """Any figure in the house style as such a file."""
+    """A figure in the house style as a small stand-alone SVG file, the same bytes every time; `name` starts its ids."""
     import matplotlib as mpl
 
     with house_style(), mpl.rc_context({"svg.hashsalt": name}):

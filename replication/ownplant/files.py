@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-from replication.drawing.panels import draw_svg
+from replication.drawing.panels import as_svg, draw
 from replication.errors import InvalidInputError
 from replication.estimation.api.results import GainResult
 from replication.files import write_directory
@@ -315,7 +315,7 @@ def write_design(
     """All of FILES, RUNNING and `proof`, files by name, or none: they appear under their name at once."""
     name = (plant.name.replace("-", "_")[:20] + "_" + plant.method)[:31]
     more = running_files(result, name, plant.title) | dict(proof or {})
-    figure = draw_svg(result.panels(), "figure")
+    figure = as_svg(draw(result.panels()), "figure")
     write_directory(
         directory,
         {

@@ -94,7 +94,7 @@ class Option:
         cls, name: str, *, read: str = "word", most: int = 0, several: bool = False, two: bool = False, **settings: Any
     ) -> Self:
         """From a row of `methods.toml`."""
-        reader = up_to(most) if most else READERS[read]
+        reader = partial(whole, most=most) if most else READERS[read]
         choices = tuple(settings.pop("choices", ())) or None
         return cls(name, pair(reader) if two else listed(reader) if several else reader, choices=choices, **settings)
 
@@ -123,7 +123,7 @@ def pair(reader: Callable[[str], T]) -> Callable[[str], list[T]]:
 
 def offsets(text: str) -> list[int] | str:
     """A list of whole numbers from zero on, or the word `best`."""
-    return text if text == "best" else listed(natural)(text)
+    return text if text == "best" else listed(partial(whole, least=0))(text)
 
 
 def age(text: str) -> float:
@@ -138,29 +138,13 @@ def probability(text: str) -> float:
     return age(text)
 
 
-def natural(text: str) -> int:
-    """A whole number from zero on."""
-    if not text.isascii() or not text.isdecimal() or len(text) > 9:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from 0 on")
+def whole(text: str, least: int = 1, most: int | None = None) -> int:
+    """A whole number from `least` on, and to `most`, beyond which a design takes hours."""
+    if not text.isascii() or not text.isdecimal() or len(text) > 9 or int(text) < least:
+        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number from {least} on")
+    if most is not None and int(text) > most:
+        raise argparse.ArgumentTypeError(f"{text!r} is more than {most}; the library takes what the memory allows")
     return int(text)
-
-
-def whole(text: str) -> int:
-    """A whole number from one on."""
-    if natural(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text!r} is not a whole number of at least 1")
-    return int(text)
-
-
-def up_to(most: int) -> Callable[[str], int]:
-    """Whole numbers from one to `most`, beyond which a design takes hours."""
-
-    def read(text: str) -> int:
-        if whole(text) > most:
-            raise argparse.ArgumentTypeError(f"{text!r} is more than {most}; the library takes what the memory allows")
-        return int(text)
-
-    return read
 
 
 def positive(text: str) -> float:
@@ -177,8 +161,8 @@ def positive(text: str) -> float:
 
 
 READERS: dict[str, Callable[[str], Any]] = {
-    "word": str, "offsets": offsets, "age": age, "probability": probability, "natural": natural, "whole": whole,
-    "positive": positive,
+    "word": str, "offsets": offsets, "age": age, "probability": probability, "natural": partial(whole, least=0),
+    "whole": whole, "positive": positive,
 }  # fmt: skip
 """Of one value, by the name that `methods.toml` has for them."""
 
@@ -282,9 +266,7 @@ LOSSES = ("misses", "lost", "burst", "packets")
 
 def _multirate(values: Values, *, timings: Any = None, **options: Any) -> GainResult:
     """All timings are searched on every core, and kept in the directory `timings`."""
-    model = _losses(options)
-    options = {name: value for name, value in options.items() if name not in LOSSES}
-    plant = _sampled(values)
+    model, plant = _losses(*(options.pop(name, None) for name in LOSSES)), _sampled(values)
     # What the command line says counts more than the file.
     options = {name: values[name] for name in ("P0", "goal") if name in values} | options
     if "latency" in values:
@@ -306,10 +288,9 @@ def _sampled(values: Values) -> Any:
     return multirate.MultiratePlant.from_covariances(**fields)
 
 
-def _losses(options: Values) -> Any:
+def _losses(misses: Any, lost: Any, burst: Any, packets: Any) -> Any:
     """The model of losses that the options give; None without one."""
-    misses, lost, burst = (options.get(name) for name in LOSSES[:3])
-    together = options.get("packets") == "together"
+    together = packets == "together"
     if misses is not None and (lost is not None or burst is not None):
         raise InvalidInputError("give misses, for the worst case, or lost, for the mean error, but not both")
     if burst is not None and lost is None:
@@ -320,9 +301,9 @@ def _losses(options: Values) -> Any:
         return losses.InARow(misses, together=together)
     if lost is None:
         return None
-    return (
-        losses.Independent(lost, together=together) if burst is None else losses.Markov(lost, burst, together=together)
-    )
+    if burst is None:
+        return losses.Independent(lost, together=together)
+    return losses.Markov(lost, burst, together=together)
 
 
 KNOWN, UNKNOWN = "known", "unknown"
@@ -385,16 +366,15 @@ def _delay(values: Values, **options: Any) -> GainResult:
     return delay.design(make(**fields), **options)
 
 
-def _methods(designs: Mapping[str, Callable[..., GainResult]]) -> Iterator[Method]:
-    """As `methods.toml` describes them."""
-    tables = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
-    for name, design in designs.items():
-        fields = tuple(Field.of(key, **row) for key, row in tables[name]["fields"].items())
-        options = tuple(Option.of(key, **row) for key, row in tables[name]["options"].items())
-        yield Method(name, tables[name]["summary"], fields, options, design)
-
-
+TABLES = tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))
+DESIGNS = {"multirate": _multirate, "nonuniform": _nonuniform, "dualrate": _dualrate, "delay": _delay}
 METHODS: Mapping[str, Method] = {
-    method.name: method
-    for method in _methods({"multirate": _multirate, "nonuniform": _nonuniform, "dualrate": _dualrate, "delay": _delay})
+    name: Method(
+        name,
+        TABLES[name]["summary"],
+        tuple(Field.of(key, **row) for key, row in TABLES[name]["fields"].items()),
+        tuple(Option.of(key, **row) for key, row in TABLES[name]["options"].items()),
+        design,
+    )
+    for name, design in DESIGNS.items()
 }

@@ -261,7 +261,7 @@ def test_a_failure_while_writing_leaves_nothing(here: Path, monkeypatch: pytest.
     ("words", "message"),
     [
         (["multirate", "x.toml"], "the following arguments are required: --periods"),
-        (["multirate", "x.toml", "--periods", "1,2.5"], "'2.5' is not a whole number from 0 on"),
+        (["multirate", "x.toml", "--periods", "1,2.5"], "'2.5' is not a whole number from 1 on"),
         (["multirate", "x.toml", "--periods", "1", "--offsets", "-1"], "'-1' is not a whole number from 0 on"),
         (["multirate", "x.toml", "--periods", "1", "--level", "nan"], "'nan' is not a positive number"),
         (["nonuniform", "x.toml", "--periods", "0.1"], "'0.1' must be two numbers"),
