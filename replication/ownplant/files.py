@@ -141,20 +141,14 @@ def _check_general(table: Mapping[str, Any], method: str, problems: list[str]) -
 
 def _value(field: Field, value: Any, problems: list[str]) -> Any:
     if field.kind is Kind.TIME:
-        return _positive(field.name, _number(field.name, value, problems), problems)
+        return _number(field.name, value, problems, field.kind)
     if field.kind is Kind.WORD:
         if not _is_label(value):
             problems.append(f"{field.name}: must be {Kind.WORD}, got {_shown(value)}")
         return value
-    if field.kind is Kind.TIMES:
-        times = _numbers(field.name, value, problems)
-        return [_positive(f"{field.name}[{i}]", time, problems) for i, time in enumerate(times)]
-    if field.kind is Kind.AGES:
-        ages = _numbers(field.name, value, problems)
-        problems += [f"{field.name}[{i}]: must be at least 0, got {age:g}" for i, age in enumerate(ages) if age < 0]
-        return ages
-    if field.kind is Kind.COVARIANCE and isinstance(value, list) and value and not isinstance(value[0], list):
-        return _numbers(field.name, value, problems)
+    variances = field.kind is Kind.COVARIANCE and isinstance(value, list) and value and not isinstance(value[0], list)
+    if field.kind in (Kind.TIMES, Kind.AGES) or variances:
+        return _numbers(field.name, value, problems, field.kind)
     if field.kind in (Kind.MATRIX, Kind.COVARIANCE):
         return _matrix(field.name, value, problems)
     if not isinstance(value, list):
@@ -177,20 +171,20 @@ def _matrix(where: str, rows: Any, problems: list[str]) -> Matrix | None:
         problems.append(f"{where}: its rows have different lengths, {[len(row) for row in rows][:MAX_SHOWN]}")
         return None
     before = len(problems)
-    matrix = [_numbers(f"{where}[{i}]", row, problems) for i, row in enumerate(rows)]
+    matrix = [_numbers(f"{where}[{i}]", row, problems, Kind.MATRIX) for i, row in enumerate(rows)]
     return None if len(problems) > before else matrix
 
 
-def _numbers(where: str, values: Any, problems: list[str]) -> list[float]:
+def _numbers(where: str, values: Any, problems: list[str], kind: Kind) -> list[float]:
     if not isinstance(values, list) or len(values) > MAX_ENTRIES:
         problems.append(
             f"{where}: must be a list of numbers, such as [0.1, 0.2] (at most {MAX_ENTRIES}), got {_shown(values)}"
         )
         return []
-    return [_number(f"{where}[{i}]", entry, problems) for i, entry in enumerate(values)]
+    return [_number(f"{where}[{i}]", entry, problems, kind) for i, entry in enumerate(values)]
 
 
-def _number(where: str, value: Any, problems: list[str]) -> float:
+def _number(where: str, value: Any, problems: list[str], kind: Kind) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         advice = "; write it without quotes and unit" if isinstance(value, str) else ""
         problems.append(f"{where}: {_shown(value)} is not a number{advice}")
@@ -203,15 +197,13 @@ def _number(where: str, value: Any, problems: list[str]) -> float:
         problems.append(f"{where}: {_shown(value)} is not finite")
     elif abs(number) > LARGEST:
         problems.append(f"{where}: {_shown(value)} is beyond {LARGEST:g} in size; choose other units")
+    elif kind is Kind.AGES and number < 0:
+        problems.append(f"{where}: must be at least 0, got {number:g}")
+    elif kind in (Kind.TIME, Kind.TIMES) and number <= 0:
+        problems.append(f"{where}: must be positive, got {number:g}")
+    elif kind in (Kind.TIME, Kind.TIMES) and number < 1 / LARGEST:
+        problems.append(f"{where}: {number:g} is below {1 / LARGEST:g}; choose another unit of time")
     return number
-
-
-def _positive(where: str, time: float, problems: list[str]) -> float:
-    if time <= 0:
-        problems.append(f"{where}: must be positive, got {time:g}")
-    elif time < 1 / LARGEST:
-        problems.append(f"{where}: {time:g} is below {1 / LARGEST:g}; choose another unit of time")
-    return time
 
 
 def _sizes(known: Mapping[str, Field], values: Mapping[str, Any], problems: list[str]) -> dict[str, int]:

@@ -241,7 +241,8 @@ def _doubled(total: RiccatiMap) -> tuple[Array, NDArray[np.bool_]]:
     cases, previous = np.arange(len(H)), [np.inf] * len(H)
     for _ in range(MAX_DOUBLINGS):
         A, G, H, grown = _twice(A, G, H)
-        sizes, changes = np.vecdot(_rows(H), _rows(H)), np.vecdot(_rows(grown), _rows(grown))
+        rows, more = H.reshape(len(H), -1), grown.reshape(len(H), -1)
+        sizes, changes = np.vecdot(rows, rows), np.vecdot(more, more)
         if (changes > (1e3 * STAGNATION) ** 2 * sizes).all():
             previous = [np.inf] * len(cases)
             continue  # none is near its limit, and none is lost
@@ -263,10 +264,6 @@ def _doubled(total: RiccatiMap) -> tuple[Array, NDArray[np.bool_]]:
                 break
         previous = steps
     return limits, ended
-
-
-def _rows(stack: Array) -> Array:
-    return stack.reshape(len(stack), -1)
 
 
 def circle_angles(stages: RiccatiMap, tolerance: float) -> Array:
