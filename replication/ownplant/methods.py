@@ -96,7 +96,8 @@ class Option:
         """From a row of `methods.toml`."""
         reader = partial(whole, most=most) if most else READERS[read]
         choices = tuple(settings.pop("choices", ())) or None
-        return cls(name, pair(reader) if two else listed(reader) if several else reader, choices=choices, **settings)
+        every = partial(listed, reader=reader, two=two) if several or two else reader
+        return cls(name, every, choices=choices, **settings)
 
     def add(self, parser: argparse.ArgumentParser) -> None:
         """Add the option to a parser."""
@@ -104,26 +105,17 @@ class Option:
         parser.add_argument(f"--{self.name}", type=self.read, **settings)
 
 
-def listed(reader: Callable[[str], T]) -> Callable[[str], list[T]]:
-    """Reads values that commas separate."""
-    return lambda text: [reader(part.strip()) for part in text.split(",")]
-
-
-def pair(reader: Callable[[str], T]) -> Callable[[str], list[T]]:
-    """Reads exactly two values."""
-
-    def ends(text: str) -> list[T]:
-        values = listed(reader)(text)
-        if len(values) != 2:
-            raise argparse.ArgumentTypeError(f"{text!r} must be two numbers, such as 0.1,0.3")
-        return values
-
-    return ends
+def listed(text: str, reader: Callable[[str], T], two: bool = False) -> list[T]:
+    """Values that commas separate, exactly two of them if asked for."""
+    values = [reader(part.strip()) for part in text.split(",")]
+    if two and len(values) != 2:
+        raise argparse.ArgumentTypeError(f"{text!r} must be two numbers, such as 0.1,0.3")
+    return values
 
 
 def offsets(text: str) -> list[int] | str:
     """A list of whole numbers from zero on, or the word `best`."""
-    return text if text == "best" else listed(partial(whole, least=0))(text)
+    return text if text == "best" else listed(text, partial(whole, least=0))
 
 
 def age(text: str) -> float:

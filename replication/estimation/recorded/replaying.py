@@ -188,19 +188,11 @@ def logged(form: Form, log: Any, *, time: str, inputs: tuple[str, ...]) -> Log:
     return data if form.dt is None else data.on_grid(form.dt)
 
 
-def begun(form: Form, start: Any) -> Array:
-    """x^(0) (n,), with zero for samples under way."""
-    n = len(form.P0)
-    if start is None:
-        return np.zeros(n)
-    return np.append(as_array("start", start, (n - form.under_way,)), np.zeros(form.under_way))
-
-
 def replayed(form: Form, log: Log, noise: Parameters, latency: Array, start: Any) -> Replay:
     """The verdicts on a form over its log."""
     if np.any(~np.isnan(latency)) and form.dt is not None:
         raise InvalidInputError("latencies belong to filters with time stamps; a multi-rate plant has latency=")
-    series = form.along(log, latency, begun(form, start))
+    series = form.along(log, latency, start)
     return judged(series.log, form.sensors, form.expected(len(series.log.t)), series.run(noise), form.under_way)
 
 

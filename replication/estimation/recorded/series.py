@@ -30,7 +30,7 @@ from replication.estimation.multirate.running import KalmanFilter, StartingFilte
 from replication.estimation.nonuniform import NoisyPlant, StampedKalman
 from replication.estimation.nonuniform.stamped.transition import Transition
 from replication.estimation.recorded.log import Log
-from replication.estimation.validation import Array
+from replication.estimation.validation import Array, as_array
 
 SETTLED = 1e-15
 """Relative change of covariances over one period below which they count as steady."""
@@ -107,8 +107,14 @@ class Form:
         phases = np.ones((1, len(self.C)), dtype=bool) if self.due is None else self.due
         return phases[np.arange(rows) % len(phases)]
 
-    def along(self, log: Log, latency: Array, start: Array) -> Series:
-        """The filter over a log whose samples are as late as `latency` (q,) says, NaN where they are not."""
+    def along(self, log: Log, latency: Array, start: Any) -> Series:
+        """The filter over a log whose samples are as late as `latency` (q,) says, NaN where they are not.
+
+        start (n - under_way,): x^(0), zero if None, as are samples under way. Raises InvalidInputError for another.
+        """
+        x, n = np.zeros(len(self.P0)), len(self.P0) - self.under_way
+        if start is not None:
+            x[:n] = as_array("start", start, (n,))
         taken, owner = log.taken(latency)
         moves, N = self.moves(taken), len(taken.t)
         due = np.ones(taken.y.shape, dtype=bool)
@@ -117,7 +123,7 @@ class Form:
         drive = np.einsum("knm,km->kn", moves.Gamma[moves.which], taken.u)
         sooner = -(owner[:, None] == np.arange(len(self.C))).astype(float)
         longer = np.diff(sooner, axis=0, append=sooner[-1:])
-        return Series(self, taken, moves, due, taken.u @ self.D_u.T, drive, longer, start)
+        return Series(self, taken, moves, due, taken.u @ self.D_u.T, drive, longer, x)
 
 
 @dataclass(frozen=True, eq=False)

@@ -183,7 +183,7 @@ def likelihood(plant: Any, rows: int, *, late: bool = False) -> Likelihood:
     form, data = of_plant(plant), read_log(log_of(rows), ("x", "v"), ("u",), least=1)
     guess = np.concatenate([np.log(form.v), np.log(np.diag(form.R)), [0.3], [0.037] if late else []])
     tardy = (0,) if late else ()
-    return Likelihood(form, data, guess, np.ones(len(guess), bool), (0,), tardy, np.zeros(len(form.P0)))
+    return Likelihood(form, data, guess, np.ones(len(guess), bool), (0,), tardy, None)
 
 
 def test_the_likelihood_is_that_of_the_joint_density() -> None:
