@@ -75,47 +75,43 @@ def house_style() -> Iterator[None]:
 
     with mpl.rc_context():
         mpl.rcdefaults()
-        mpl.rcParams.update(_settings(cycler(color=COLOURS) + cycler(linestyle=LINES) + cycler(linewidth=WIDTHS)))
+        cycle = cycler(color=COLOURS) + cycler(linestyle=LINES) + cycler(linewidth=WIDTHS)
+        mpl.rcParams.update({**SETTINGS, "axes.prop_cycle": cycle})
         yield
 
 
-def _settings(cycle: Any) -> Any:
-    ink = dict.fromkeys(
-        ("text.color", "axes.labelcolor", "axes.edgecolor", "axes.titlecolor", "xtick.color", "ytick.color"), FOREGROUND
-    )
-    sizes = dict.fromkeys(
-        ("font.size", "axes.titlesize", "axes.labelsize", "legend.fontsize", "xtick.labelsize", "ytick.labelsize"),
-        FONT_SIZE,
-    )
-    return ink | sizes | {
-        "axes.prop_cycle": cycle,
-        "axes.linewidth": 0.7,
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "axes.facecolor": "none",
-        "axes.grid": True,
-        "axes.grid.axis": "y",
-        "axes.titlelocation": "left",
-        "axes.titlepad": 5,
-        "axes.unicode_minus": True,
-        "axes.xmargin": 0.02,
-        "figure.facecolor": "none",
-        "savefig.facecolor": "none",
-        "grid.color": FOREGROUND,
-        "grid.alpha": 0.13,
-        "grid.linewidth": 0.6,
-        "font.family": "sans-serif",
-        "font.sans-serif": list(FONTS[:1]),
-        "legend.frameon": False,
-        "lines.linewidth": 1.3,
-        "lines.markersize": 5,
-        "path.simplify_threshold": 0.25,
-        "xtick.major.width": 0.7,
-        "ytick.major.width": 0.7,
-        "xtick.minor.size": 0,
-        "ytick.minor.size": 0,
-        "svg.fonttype": "none",
-    }  # fmt: skip
+INK = ("text.color", "axes.labelcolor", "axes.edgecolor", "axes.titlecolor", "xtick.color", "ytick.color")
+SIZES = ("font.size", "axes.titlesize", "axes.labelsize", "legend.fontsize", "xtick.labelsize", "ytick.labelsize")
+SETTINGS: Any = {
+    **dict.fromkeys(INK, FOREGROUND),
+    **dict.fromkeys(SIZES, FONT_SIZE),
+    "axes.linewidth": 0.7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.facecolor": "none",
+    "axes.grid": True,
+    "axes.grid.axis": "y",
+    "axes.titlelocation": "left",
+    "axes.titlepad": 5,
+    "axes.unicode_minus": True,
+    "axes.xmargin": 0.02,
+    "figure.facecolor": "none",
+    "savefig.facecolor": "none",
+    "grid.color": FOREGROUND,
+    "grid.alpha": 0.13,
+    "grid.linewidth": 0.6,
+    "font.family": "sans-serif",
+    "font.sans-serif": list(FONTS[:1]),
+    "legend.frameon": False,
+    "lines.linewidth": 1.3,
+    "lines.markersize": 5,
+    "path.simplify_threshold": 0.25,
+    "xtick.major.width": 0.7,
+    "ytick.major.width": 0.7,
+    "xtick.minor.size": 0,
+    "ytick.minor.size": 0,
+    "svg.fonttype": "none",
+}
 
 
 GAP = 4

@@ -87,7 +87,7 @@ class Option:
     help: str
     metavar: str | None = None
     required: bool = False
-    choices: tuple[str, ...] | None = None
+    choices: Sequence[str] | None = None
 
     @classmethod
     def of(
@@ -95,9 +95,8 @@ class Option:
     ) -> Self:
         """From a row of `methods.toml`."""
         reader = partial(whole, most=most) if most else READERS[read]
-        choices = tuple(settings.pop("choices", ())) or None
         every = partial(listed, reader=reader, two=two) if several or two else reader
-        return cls(name, every, choices=choices, **settings)
+        return cls(name, every, **settings)
 
     def add(self, parser: argparse.ArgumentParser) -> None:
         """Add the option to a parser."""
