@@ -15,7 +15,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
-from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self, TypeVar, get_type_hints
 
@@ -23,7 +22,7 @@ from replication import __version__
 from replication.errors import InvalidInputError
 from replication.estimation import delay, dualrate, multirate, nonuniform
 from replication.estimation.multirate import losses
-from replication.files import write_atomically
+from replication.files import sha256, write_atomically
 
 if TYPE_CHECKING:
     from replication.estimation.api.results import GainResult
@@ -207,23 +206,19 @@ def _kept(folder: Path, function: partial[U], item: Any) -> U:
     import msgspec
 
     called = [__version__, function.func.__module__, function.func.__qualname__, function.args, item]
-    key = sha256(msgspec.json.encode(called, enc_hook=_plain, order="deterministic")).hexdigest()
+    key = sha256(msgspec.json.encode(called, enc_hook=_plain, order="deterministic"))
     path = folder / f"{key}.json"
     try:
         checksum, _, text = path.read_bytes().partition(b"\n")
-        if checksum == _checksum(key, text):
+        if checksum == sha256(key.encode() + text).encode():
             result: U = msgspec.json.decode(text, type=get_type_hints(function.func)["return"])
             return result
     except (OSError, msgspec.DecodeError):
         pass
     value = function(item)
     text = msgspec.json.encode(value)
-    write_atomically(path, _checksum(key, text) + b"\n" + text)
+    write_atomically(path, sha256(key.encode() + text).encode() + b"\n" + text)
     return value
-
-
-def _checksum(key: str, text: bytes) -> bytes:
-    return sha256(key.encode() + text).hexdigest().encode()
 
 
 def _plain(argument: Any) -> Any:
