@@ -16,7 +16,6 @@ from replication.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
@@ -121,7 +120,10 @@ _ASIDE = {"left": GAP, "center": 0, "right": -GAP}
 
 
 def name_axes(axes: Axes, y: str = "", x: str = "", *, ticks: int = 4) -> None:
-    """Name what is measured: `y` above the axis, where it costs no width; at most `ticks` + 1 lines across."""
+    """Name what is measured: `y` above the axis, where it costs no width; at most `ticks` + 1 lines across.
+
+    Powers of ten are written at the size of all text; ticks that have words of their own keep them.
+    """
     if y:
         axes.set_title(y)
     if x:
@@ -129,15 +131,9 @@ def name_axes(axes: Axes, y: str = "", x: str = "", *, ticks: int = 4) -> None:
     if axes.get_yscale() == "linear":
         axes.locator_params(axis="y", nbins=ticks)
     for axis in (axes.xaxis, axes.yaxis):
-        if axis.get_scale() == "log":
-            _plain_decades(axis)
-
-
-def _plain_decades(axis: Axis) -> None:
-    """Write powers of ten at the size of all text; ticks that have words of their own keep them."""
-    if type(axis.get_major_formatter()).__name__ == "LogFormatterSciNotation":
-        axis.set_major_formatter(lambda value, _: decade(value))
-        axis.set_minor_formatter(lambda value, _: "")
+        if axis.get_scale() == "log" and type(axis.get_major_formatter()).__name__ == "LogFormatterSciNotation":
+            axis.set_major_formatter(lambda value, _: decade(value))
+            axis.set_minor_formatter(lambda value, _: "")
 
 
 def decade(value: float) -> str:
