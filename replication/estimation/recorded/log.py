@@ -106,8 +106,7 @@ def read_log(
     columns = _columns(log)
     if time not in columns:
         raise InvalidInputError(f"the log has no column of times {time!r}, only {sorted(columns)}; name it by time=")
-    unknown = sorted(set(columns) - {time, *sensors, *inputs})
-    if unknown:
+    if unknown := sorted(set(columns) - {time, *sensors, *inputs}):
         raise InvalidInputError(
             f"no sensor or input has the name {unknown[0]!r}: sensors are {list(sensors)}; drop the column, or name "
             "the known inputs by inputs="
