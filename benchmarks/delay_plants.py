@@ -23,7 +23,7 @@ from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.observer import error_system, injection
 from replication.estimation.delay.sos.operators import evaluate, observer_gains
 from replication.estimation.delay.spectrum import grid
-from replication.ownplant.reading import read_plant
+from replication.ownplant.files import read_plant
 
 ROOT = Path(__file__).parents[1]
 RECORD, PAGE = ROOT / "benchmarks" / "delay_plants.jsonl", ROOT / "docs" / "methods" / "delay-noise.md"

@@ -16,7 +16,7 @@ from typing import Any
 from mkdocs.exceptions import PluginError
 
 from benchmarks.readme import Ran, run_example
-from replication.drawing.svg import JOINS, inner
+from replication.drawing.panels import JOINS, inner
 from replication.errors import AuditError
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -13,7 +13,7 @@ from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 
 from replication.audit.publish.notebooks import FOLDER, executed
-from replication.drawing.svg import tidy
+from replication.drawing.panels import tidy
 from replication.errors import AuditError
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -10,7 +10,7 @@ from typing import Any
 from replication.commands import command
 from replication.commands.shared import FAILED, FINE, say
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.ownplant.methods import METHODS
+from replication.ownplant.methods import METHODS, forget
 
 
 def arguments(parser: argparse.ArgumentParser) -> None:
@@ -49,9 +49,7 @@ def design(chosen: argparse.Namespace) -> int:
     """Read, design, print what is guaranteed, write."""
     from numpy.linalg import LinAlgError
 
-    from replication.ownplant.reading import read_plant
-    from replication.ownplant.searching import forget
-    from replication.ownplant.writing import require_free, write_design
+    from replication.ownplant.files import read_plant, require_free, write_design
 
     method = METHODS[chosen.method]
     plant = read_plant(chosen.plant, method.name)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from replication.commands import command, option
 from replication.commands.shared import DIFFERENT, FAILED, FINE, figures, here, jobs, output, say, say_report, tutorials
 from replication.errors import AuditError
-from replication.ownplant.fields import positive
+from replication.ownplant.methods import positive
 
 if TYPE_CHECKING:
     from replication.audit.run.pool import Compute

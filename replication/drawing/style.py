@@ -1,8 +1,8 @@
 """House style of the figures: a narrow column, colours of the report, curves that differ without colour as well.
 
 matplotlib is imported inside the functions, so that commands which draw nothing start fast. Axes and text are drawn in
-`FOREGROUND`, which `svg.tidy` turns into `currentColor`, and the other colours become those of the page in `svg.inner`:
-an inlined figure follows its page, light or dark.
+`FOREGROUND`, which `panels.tidy` turns into `currentColor`, and the other colours become those of the page in
+`panels.inner`: an inlined figure follows its page, light or dark.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ from replication.errors import InvalidInputError
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
@@ -75,47 +74,43 @@ def house_style() -> Iterator[None]:
 
     with mpl.rc_context():
         mpl.rcdefaults()
-        mpl.rcParams.update(_settings(cycler(color=COLOURS) + cycler(linestyle=LINES) + cycler(linewidth=WIDTHS)))
+        cycle = cycler(color=COLOURS) + cycler(linestyle=LINES) + cycler(linewidth=WIDTHS)
+        mpl.rcParams.update({**SETTINGS, "axes.prop_cycle": cycle})
         yield
 
 
-def _settings(cycle: Any) -> Any:
-    ink = dict.fromkeys(
-        ("text.color", "axes.labelcolor", "axes.edgecolor", "axes.titlecolor", "xtick.color", "ytick.color"), FOREGROUND
-    )
-    sizes = dict.fromkeys(
-        ("font.size", "axes.titlesize", "axes.labelsize", "legend.fontsize", "xtick.labelsize", "ytick.labelsize"),
-        FONT_SIZE,
-    )
-    return ink | sizes | {
-        "axes.prop_cycle": cycle,
-        "axes.linewidth": 0.7,
-        "axes.spines.top": False,
-        "axes.spines.right": False,
-        "axes.facecolor": "none",
-        "axes.grid": True,
-        "axes.grid.axis": "y",
-        "axes.titlelocation": "left",
-        "axes.titlepad": 5,
-        "axes.unicode_minus": True,
-        "axes.xmargin": 0.02,
-        "figure.facecolor": "none",
-        "savefig.facecolor": "none",
-        "grid.color": FOREGROUND,
-        "grid.alpha": 0.13,
-        "grid.linewidth": 0.6,
-        "font.family": "sans-serif",
-        "font.sans-serif": list(FONTS[:1]),
-        "legend.frameon": False,
-        "lines.linewidth": 1.3,
-        "lines.markersize": 5,
-        "path.simplify_threshold": 0.25,
-        "xtick.major.width": 0.7,
-        "ytick.major.width": 0.7,
-        "xtick.minor.size": 0,
-        "ytick.minor.size": 0,
-        "svg.fonttype": "none",
-    }  # fmt: skip
+INK = ("text.color", "axes.labelcolor", "axes.edgecolor", "axes.titlecolor", "xtick.color", "ytick.color")
+SIZES = ("font.size", "axes.titlesize", "axes.labelsize", "legend.fontsize", "xtick.labelsize", "ytick.labelsize")
+SETTINGS: Any = {
+    **dict.fromkeys(INK, FOREGROUND),
+    **dict.fromkeys(SIZES, FONT_SIZE),
+    "axes.linewidth": 0.7,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.facecolor": "none",
+    "axes.grid": True,
+    "axes.grid.axis": "y",
+    "axes.titlelocation": "left",
+    "axes.titlepad": 5,
+    "axes.unicode_minus": True,
+    "axes.xmargin": 0.02,
+    "figure.facecolor": "none",
+    "savefig.facecolor": "none",
+    "grid.color": FOREGROUND,
+    "grid.alpha": 0.13,
+    "grid.linewidth": 0.6,
+    "font.family": "sans-serif",
+    "font.sans-serif": list(FONTS[:1]),
+    "legend.frameon": False,
+    "lines.linewidth": 1.3,
+    "lines.markersize": 5,
+    "path.simplify_threshold": 0.25,
+    "xtick.major.width": 0.7,
+    "ytick.major.width": 0.7,
+    "xtick.minor.size": 0,
+    "ytick.minor.size": 0,
+    "svg.fonttype": "none",
+}
 
 
 GAP = 4
@@ -125,7 +120,10 @@ _ASIDE = {"left": GAP, "center": 0, "right": -GAP}
 
 
 def name_axes(axes: Axes, y: str = "", x: str = "", *, ticks: int = 4) -> None:
-    """Name what is measured: `y` above the axis, where it costs no width; at most `ticks` + 1 lines across."""
+    """Name what is measured: `y` above the axis, where it costs no width; at most `ticks` + 1 lines across.
+
+    Powers of ten are written at the size of all text; ticks that have words of their own keep them.
+    """
     if y:
         axes.set_title(y)
     if x:
@@ -133,15 +131,9 @@ def name_axes(axes: Axes, y: str = "", x: str = "", *, ticks: int = 4) -> None:
     if axes.get_yscale() == "linear":
         axes.locator_params(axis="y", nbins=ticks)
     for axis in (axes.xaxis, axes.yaxis):
-        if axis.get_scale() == "log":
-            _plain_decades(axis)
-
-
-def _plain_decades(axis: Axis) -> None:
-    """Write powers of ten at the size of all text; ticks that have words of their own keep them."""
-    if type(axis.get_major_formatter()).__name__ == "LogFormatterSciNotation":
-        axis.set_major_formatter(lambda value, _: decade(value))
-        axis.set_minor_formatter(lambda value, _: "")
+        if axis.get_scale() == "log" and type(axis.get_major_formatter()).__name__ == "LogFormatterSciNotation":
+            axis.set_major_formatter(lambda value, _: decade(value))
+            axis.set_minor_formatter(lambda value, _: "")
 
 
 def decade(value: float) -> str:

@@ -16,7 +16,7 @@ from tables import read_csv
 from replication.audit.parts import FigureData
 from replication.audit.run.draw import settled, to_csv
 from replication.audit.store.sources import SourceTree
-from replication.drawing import style, svg
+from replication.drawing import panels, style
 from replication.errors import AuditError, InvalidInputError
 
 LARGEST_FILE = 150_000
@@ -143,12 +143,12 @@ def points_of(path: str) -> list[tuple[float, float]]:
     return points
 
 
-@pytest.mark.parametrize(("count", "error"), [(3, 0.0051), (svg.MANY_POINTS, 0.0051), (500, 0.051)])
+@pytest.mark.parametrize(("count", "error"), [(3, 0.0051), (panels.MANY_POINTS, 0.0051), (500, 0.051)])
 def test_tidied_paths_go_through_the_same_points(count: int, error: float) -> None:
     points = [(i * 0.7133, 50 * math.sin(i)) for i in range(count + 1)]
     data = "M " + " \nL ".join(f"{x:.6f} {y:.6f}" for x, y in points)
     raw = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 10 10"><path d="{data}"/></svg>'
-    body = svg.inner(svg.tidy(raw, "name"))[1]
+    body = panels.inner(panels.tidy(raw, "name"))[1]
     path = re.search(r' d="([^"]*)"', body)
     assert path is not None
     assert len(path[1]) < len(data) / 2
@@ -161,7 +161,7 @@ def test_other_paths_keep_their_letters() -> None:
         '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 10 10"><g id="axes"><path d="M 1.23456 2 \nL 3.001 -4.5 '
         '\nL -0.0004 6 \nM 7 8 \nL 9 9.999 \nz"/><path d="M 0 0 \nC 1 1 2 2 3 3 \nL 4 4"/></g></svg>'
     )
-    body = svg.inner(svg.tidy(raw, "name"))[1]
+    body = panels.inner(panels.tidy(raw, "name"))[1]
     assert 'd="M1.23,2l1.77-6.5-3,10.5M7,8l2,2z"' in body
     assert 'd="M0,0C1,1,2,2,3,3L4,4"' in body
 
@@ -172,7 +172,7 @@ def test_ids_do_not_tell_the_processor() -> None:
     def drawn(names: tuple[str, str]) -> str:
         shapes = "".join(f'<clipPath id="{name}"><rect x="1" y="2" width="3" height="4"/></clipPath>' for name in names)
         lines = "".join(f'<path d="M 0 0 L 1 {k}" clip-path="url(#{name})"/>' for k, name in enumerate(names))
-        return svg.tidy(f'<svg viewBox="0 0 9 9">{shapes}{lines}</svg>', "name")
+        return panels.tidy(f'<svg viewBox="0 0 9 9">{shapes}{lines}</svg>', "name")
 
     assert drawn(("p0a", "p0b")) == drawn(("p1f", "p1e"))
     assert re.findall(r'id="([^"]*)"', drawn(("p0a", "p0b"))) == ["name-1", "name-2"]
@@ -181,7 +181,7 @@ def test_ids_do_not_tell_the_processor() -> None:
 def test_groups_that_say_nothing_go_with_their_own_ends() -> None:
     groups = '<g id="a"><g clip-path="url(#c)"><g id="b"><g opacity="0.5"/><path d="M 0 0"/></g></g></g><g id="d"/>'
     raw = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 1 1"><clipPath id="c"/>{groups}</svg>'
-    body = svg.inner(svg.tidy(raw, "name"))[1].replace("\n", "")
+    body = panels.inner(panels.tidy(raw, "name"))[1].replace("\n", "")
     wanted = '<g clip-path="url(#name-1)"><g opacity="0.5"/><path d="M0,0"/></g>'
     assert body == f'<clipPath id="name-1"/>{wanted}'
 
@@ -201,9 +201,9 @@ def test_groups_that_say_nothing_go_with_their_own_ends() -> None:
 )
 def test_svg_that_could_run_or_load_and_what_is_none_are_refused(raw: str, said: str) -> None:
     with pytest.raises(AuditError, match=said):
-        svg.tidy(raw, "name")
+        panels.tidy(raw, "name")
     with pytest.raises(AuditError, match=said):
-        svg.inner(raw)
+        panels.inner(raw)
 
 
 def test_colours_are_those_of_the_report_and_hold_in_light_and_dark() -> None:
@@ -217,9 +217,9 @@ def test_colours_are_those_of_the_report_and_hold_in_light_and_dark() -> None:
 
 def test_an_inlined_figure_takes_the_colours_of_its_page() -> None:
     raw = f'<svg viewBox="0 0 1 1"><path d="M 0 0" style="stroke: {style.OURS}; fill: #123456"/></svg>'
-    alone = svg.tidy(raw, "name")
+    alone = panels.tidy(raw, "name")
     assert style.OURS in alone and "var(" not in alone
-    assert f"stroke:var(--ours,{style.OURS});fill:#123456" in svg.inner(alone)[1]
+    assert f"stroke:var(--ours,{style.OURS});fill:#123456" in panels.inner(alone)[1]
 
 
 def test_house_style_leaves_the_global_settings_alone() -> None:

@@ -19,11 +19,9 @@ from replication.cli import main
 from replication.errors import InvalidInputError
 from replication.estimation import load
 from replication.estimation.multirate import MultiratePlant, design, search_timing
-from replication.ownplant import writing
-from replication.ownplant.methods import METHODS
-from replication.ownplant.reading import read_plant
-from replication.ownplant.searching import FEW, every_core
-from replication.ownplant.writing import FILES, RUNNING
+from replication.ownplant import files
+from replication.ownplant.files import FILES, RUNNING, read_plant
+from replication.ownplant.methods import FEW, METHODS, every_core
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 CASES = {
@@ -240,7 +238,7 @@ def test_a_place_that_cannot_be_written_is_named_before_anything_is_computed(
     (here / "file").write_text("keep", encoding="utf-8")
     assert run("dualrate", "--output", "file/deep/out") == 2
     assert "file is no directory that can be written; choose another --output" in capsys.readouterr().err
-    monkeypatch.setattr(writing.os, "access", lambda *_: False)
+    monkeypatch.setattr(files.os, "access", lambda *_: False)
     assert run("dualrate") == 2
     assert f"{here} is no directory that can be written" in capsys.readouterr().err
 
@@ -252,7 +250,7 @@ def test_a_failure_while_writing_leaves_nothing(here: Path, monkeypatch: pytest.
     def fail(*_: object) -> str:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(writing, "page", fail)
+    monkeypatch.setattr(files, "page", fail)
     assert run("dualrate", "--output", "out", "--force") == 2
     assert {path.name: path.read_bytes() for path in (here / "out").iterdir()} == before
     assert run("dualrate", "--output", "new") == 2
@@ -263,7 +261,7 @@ def test_a_failure_while_writing_leaves_nothing(here: Path, monkeypatch: pytest.
     ("words", "message"),
     [
         (["multirate", "x.toml"], "the following arguments are required: --periods"),
-        (["multirate", "x.toml", "--periods", "1,2.5"], "'2.5' is not a whole number from 0 on"),
+        (["multirate", "x.toml", "--periods", "1,2.5"], "'2.5' is not a whole number from 1 on"),
         (["multirate", "x.toml", "--periods", "1", "--offsets", "-1"], "'-1' is not a whole number from 0 on"),
         (["multirate", "x.toml", "--periods", "1", "--level", "nan"], "'nan' is not a positive number"),
         (["nonuniform", "x.toml", "--periods", "0.1"], "'0.1' must be two numbers"),

@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from replication.errors import InvalidInputError
+from replication.ownplant.files import MAX_BYTES, MAX_ENTRIES, read_plant
 from replication.ownplant.methods import LOSSES, METHODS
-from replication.ownplant.reading import MAX_BYTES, MAX_ENTRIES, read_plant
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 GOOD = {
@@ -211,7 +211,7 @@ def test_files_that_are_none_are_refused(tmp_path: Path) -> None:
 @given(st.recursive(st.none() | st.booleans() | st.floats() | st.text(), lambda inner: st.lists(inner, max_size=4)))
 def test_any_matrix_is_read_or_refused_by_name(value: object) -> None:
     """Whatever stands in place of a matrix: a finite rectangle of numbers, or a list of what is wrong with it."""
-    from replication.ownplant.reading import _matrix
+    from replication.ownplant.files import _matrix
 
     problems: list[str] = []
     matrix = _matrix("A", value, problems)

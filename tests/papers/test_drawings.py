@@ -14,7 +14,7 @@ from papers.okajima2023 import figures as periods
 from replication.audit.parts import FigureData, Paper
 from replication.audit.run.draw import write_figure
 from replication.audit.store.sources import SourceTree
-from replication.drawing import svg
+from replication.drawing.panels import inner
 from replication.drawing.style import house_style
 
 FOLDER = Path(__file__).resolve().parents[2] / "figures"
@@ -61,7 +61,7 @@ def test_the_committed_drawing_is_that_of_its_table(name: str, again: tuple[Path
 def test_a_drawing_is_small_and_large_enough_to_read(name: str) -> None:
     drawing = (FOLDER / f"{name}.svg").read_text()
     assert len(drawing.encode()) <= LARGEST_FILE
-    width = float(svg.inner(drawing)[0].split()[2])
+    width = float(inner(drawing)[0].split()[2])
     sizes = [float(size) for size in re.findall(r"font:?[^;\"]*?[:\s]([0-9.]+)px", drawing)]
     assert sizes and min(sizes) * TELEPHONE / width >= SMALLEST_TEXT
 

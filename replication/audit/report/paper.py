@@ -18,7 +18,7 @@ from replication.audit.report.evidence import Ladder, ladders
 from replication.audit.report.explore import PictureView, explorers
 from replication.audit.report.templates import mathml
 from replication.audit.store.records import ErratumRecord, FigureRecord, PaperRecord, ResultsFile
-from replication.drawing import svg
+from replication.drawing.panels import inner, with_classes
 from replication.errors import AuditError
 from replication.files import sha256
 
@@ -229,6 +229,6 @@ def _figure(record: FigureRecord, directory: Path) -> FigureView:
             raise AuditError(f"{path} is missing; make the figures with `python -m replication run`")
     if sha256(table) != record.csv_sha256:
         raise AuditError(f"{table} is not the data of these results; run `python -m replication run` again")
-    view_box, content = svg.inner(drawing.read_text(encoding="utf-8"))
-    classed, styles = svg.with_classes(content)
+    view_box, content = inner(drawing.read_text(encoding="utf-8"))
+    classed, styles = with_classes(content)
     return FigureView(record=record, view_box=view_box, drawing=Markup(classed), styles=styles)

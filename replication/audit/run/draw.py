@@ -27,7 +27,7 @@ from replication.audit.store.cache import Cache, Dependencies, Entry, encode
 from replication.audit.store.provenance import Environment, loaded
 from replication.audit.store.records import FigureRecord, shared
 from replication.audit.store.sources import SourceTree, default_packages
-from replication.drawing import svg
+from replication.drawing.panels import tidy
 from replication.drawing.style import house_style
 from replication.errors import AuditError
 from replication.files import read_columns, sha256, write_atomically
@@ -202,7 +202,7 @@ def _draw(figure: Figure, data: FigureData) -> bytes:
         if not hasattr(drawn, "savefig"):
             raise AuditError(f"its plot gave {drawn!r:.80}; return the figure of matplotlib")
         drawn.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
-    return svg.tidy(stream.getvalue(), figure.name).encode()
+    return tidy(stream.getvalue(), figure.name).encode()
 
 
 def _said(what: str, text: object, data: FigureData, stated: Sequence[str]) -> str:

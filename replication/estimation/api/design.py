@@ -24,7 +24,7 @@ from replication.estimation.api.running import PeriodicObserver
 from replication.estimation.api.shown import Simulation, simulated
 from replication.estimation.linear import norms
 from replication.estimation.linear.periodic import PeriodicSystem, simulate
-from replication.estimation.validation import Array, frozen, positive_integer
+from replication.estimation.validation import frozen, positive_integer
 
 UNKNOWN = Bracket(0.0, np.inf, "not computed yet")
 
@@ -253,7 +253,19 @@ class Design(GainResult):
             Another shape or word, or "white" without `rng`.
         """
         count, error = positive_integer("steps", steps), self.error_system()
-        inputs = drawn(disturbance, error, count, rng) if isinstance(disturbance, str) else np.asarray(disturbance)
+        shape = count, error.stages[0].B.shape[1]
+        if not isinstance(disturbance, str):
+            inputs = np.asarray(disturbance)
+        elif disturbance == "none":
+            inputs = np.zeros(shape)
+        elif disturbance == "worst":
+            inputs = norms.worst_case_response(error, count).inputs
+        elif disturbance != "white":
+            raise InvalidInputError(f'disturbance must be "none", "white", "worst" or an array, got {disturbance!r}')
+        elif isinstance(rng, np.random.Generator):
+            inputs = rng.standard_normal(shape)
+        else:
+            raise InvalidInputError('disturbance="white" needs `rng`, for example numpy.random.default_rng(1)')
         outputs = simulate(error, inputs, initial_error)
         if len(outputs) != count:
             raise InvalidInputError(f"disturbance must have {count} rows, got {len(outputs)}")
@@ -264,17 +276,3 @@ class Design(GainResult):
             {"error": (outputs, names.called(names.outputs)), "disturbance": (inputs, self.disturbances())},
             ratio=float(np.linalg.norm(outputs)) / size if size and initial_error is None else None,
         )
-
-
-def drawn(kind: str, error: PeriodicSystem, steps: int, rng: np.random.Generator | None) -> Array:
-    """The disturbance (steps, m) that a word stands for; raises InvalidInputError."""
-    shape = (steps, error.stages[0].B.shape[1])
-    if kind == "none":
-        return np.zeros(shape)
-    if kind == "white":
-        if not isinstance(rng, np.random.Generator):
-            raise InvalidInputError('disturbance="white" needs `rng`, for example numpy.random.default_rng(1)')
-        return rng.standard_normal(shape)
-    if kind == "worst":
-        return norms.worst_case_response(error, steps).inputs
-    raise InvalidInputError(f'disturbance must be "none", "white", "worst" or an array, got {kind!r}')

@@ -7,7 +7,7 @@ and in front of it the sizes as an enumeration and the matrices as constants, ro
 import io
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from string import Template
@@ -116,11 +116,6 @@ class Recursion:
         """One field of all phases."""
         return np.stack([getattr(phase, field) for phase in self.phases])
 
-    @property
-    def through(self) -> Array | None:
-        """`direct`, if any of it is not zero."""
-        return self.direct if self.direct is not None and np.any(self.direct) else None
-
 
 INSTANTS = """\
 obs_init(&s, NULL) or, with a start of OBS_STARTS numbers, obs_init(&s, start); then at every instant
@@ -186,12 +181,12 @@ def matlab_source(name: str, comment: str, recursion: Recursion) -> str:
         )
     if recursion.limits is not None:
         raise InvalidInputError("an observer with a gate has no form in MATLAB; leave the gate out, or take its C form")
-    phases, expected, through = recursion.phases, recursion.expected, recursion.through
-    inputs, tables = phases[0].input.shape[1], ""
+    phases, expected, direct = recursion.phases, recursion.expected, recursion.direct
+    inputs, tables, through = phases[0].input.shape[1], "", ""
     if expected is not None:
         due = [phase.due[:, None] for phase in phases]
-        if through is not None:
-            tables = f"direct = {_cells([through])};\n"
+        if direct is not None and np.any(direct):
+            tables, through = f"direct = {_cells([direct])};\n", " + direct{1} * u"
         tables += f"expected = {_cells(expected)};\ndue = {_cells(due)};\n"
     return Template(source("periodic.m")).substitute(
         name=name,
@@ -202,19 +197,17 @@ def matlab_source(name: str, comment: str, recursion: Recursion) -> str:
         measurements=phases[0].injection.shape[1],
         order=len(phases[0].transition),
         count=len(phases),
-        transition=_cells([phase.transition for phase in phases]),
-        injection=_cells([phase.injection for phase in phases]),
-        readout=_cells([phase.readout for phase in phases]),
-        known=f"drive = {_cells([phase.input for phase in phases])};\n" if inputs else "",
+        **{key: _cells(recursion.stacked(key)) for key in ("transition", "injection", "readout")},
+        known=f"drive = {_cells(recursion.stacked('input'))};\n" if inputs else "",
         tables=tables,
         driven=" + drive{k} * u" if inputs else "",
         measured=Template(source("waiting.m" if expected is None else "completed.m")).substitute(
-            name=name, through="" if through is None else " + direct{1} * u"
+            name=name, through=through
         ),
     )
 
 
-def _cells(matrices: Sequence[Array]) -> str:
+def _cells(matrices: Iterable[Array]) -> str:
     """A cell array with a matrix for each phase, a line for each."""
     return "{ ...\n" + ", ...\n".join(f"    {_matrix(matrix)}" for matrix in matrices) + "}"
 

@@ -59,17 +59,17 @@ class Signals:
     def named(self, given: Mapping[str, Sequence[str] | None], units: Mapping[str, str] | None) -> Self:
         """With other names or units. Outputs that are the states follow their names; states that a design added keep
         theirs. Raises InvalidInputError for another number of names, one twice, or the unit of no signal."""
-        labels = {name: getattr(self, name) for name in given}
         own_states = sum(not name.startswith(f"{ADDED}[") for name in self.states)
         changed: dict[str, Any] = {}
         for name, names in given.items():
             if names is not None:
-                counts = {own_states, len(self.states)} if name == "states" else {len(labels[name])}
+                counts = {own_states, len(self.states)} if name == "states" else {len(getattr(self, name))}
                 changed[name] = _labels(name, names, counts)
         if "states" in changed:
-            if "outputs" not in changed and labels["outputs"] == labels["states"][: len(labels["outputs"])]:
-                changed["outputs"] = changed["states"][: len(labels["outputs"])]
-            changed["states"] = (*changed["states"], *labels["states"][len(changed["states"]) :])
+            shown = len(self.outputs)
+            if "outputs" not in changed and self.outputs == self.states[:shown]:
+                changed["outputs"] = changed["states"][:shown]
+            changed["states"] = (*changed["states"], *self.states[len(changed["states"]) :])
         every = replace(self, **changed)
         known = {name for names in (every.states, every.inputs, every.measurements, every.outputs) for name in names}
         if unknown := (units or {}).keys() - known:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import importlib
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import fields, is_dataclass
 from inspect import signature
 from pathlib import Path
@@ -27,14 +27,8 @@ KINDS = {"f": "float", "i": "int", "b": "bool"}
 """Kinds of arrays, by numpy's letter."""
 
 
-def encoded(made: Any, args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> dict[str, Any]:
-    """The arguments with which `made` was made, by name, as plain JSON values."""
-    arguments = signature(type(made).__init__).bind(made, *args, **kwargs).arguments
-    return {name: _plain(value) for name, value in list(arguments.items())[1:]}
-
-
 def decoded(value: Any) -> Any:
-    """What `encoded` made a JSON value of."""
+    """What `_plain` made a JSON value of."""
     if isinstance(value, list):
         return tuple(decoded(part) for part in value)
     if not isinstance(value, dict):
@@ -54,7 +48,7 @@ def decoded(value: Any) -> Any:
 
 
 def arrays_in(value: Any, name: str = "") -> dict[str, Array]:
-    """All arrays of an encoded value that are not empty, by field, with a number where there are several of one."""
+    """All arrays of a plain value that are not empty, by field, with a number where there are several of one."""
     if isinstance(value, dict) and "array" in value:
         array = decoded(value)
         return {name: array} if array.size else {}
@@ -88,8 +82,7 @@ def _plain(value: Any) -> Any:
             raise InvalidInputError(f"an array of {value.dtype} has no place in the file of an observer")
         # The order in memory decides in which order products are summed.
         order = "F" if value.flags.f_contiguous and not value.flags.c_contiguous else "C"
-        kind = KINDS[value.dtype.kind]
-        entries = value
+        kind, entries = KINDS[value.dtype.kind], value
         if value.dtype.kind == "f" and not np.isfinite(value).all():
             entries = np.where(np.isfinite(value), value.astype(object), value.astype(str))
         return {"array": entries.tolist(), "shape": list(value.shape), "kind": kind, "order": order}
@@ -163,10 +156,8 @@ class Portable:
         str
             JSON with a format and its version; numbers read back exactly. The loaded observer stands at instant 0.
         """
-        args, kwargs = self._made_with
-        held = {"format": FORMAT, "version": VERSION, "observer": _name(type(self))}
-        names = None if self.signals is None else self.signals.to_dict()
-        return to_json({**held, "made_with": encoded(self, args, kwargs), "signals": names})
+        held = {"format": FORMAT, "version": VERSION, "observer": _name(type(self)), "made_with": self._arguments()}
+        return to_json({**held, "signals": None if self.signals is None else self.signals.to_dict()})
 
     def to_mat(self) -> bytes:
         """All arrays of the observer as a MATLAB file (level 5).
@@ -176,8 +167,7 @@ class Portable:
         bytes
             The same every time; variables are named after the fields in `to_json`, with `_1`, `_2` for phases.
         """
-        args, kwargs = self._made_with
-        return to_mat(arrays_in(encoded(self, args, kwargs)))
+        return to_mat(arrays_in(self._arguments()))
 
     def to_c(self, name: str = "observer", comment: str = "") -> str:
         """The observer as one C99 file that compiles by itself; see `export.c_source`.
@@ -237,6 +227,12 @@ class Portable:
             The observer changes with time, and is no linear system with constant matrices.
         """
         raise InvalidInputError(f"a {type(self).__name__} has no constant matrices; run it by `step`")
+
+    def _arguments(self) -> dict[str, Any]:
+        """With which the observer was made, by name, as plain JSON values."""
+        args, kwargs = self._made_with
+        arguments = signature(type(self).__init__).bind(self, *args, **kwargs).arguments
+        return {name: _plain(value) for name, value in arguments.items() if name != "self"}
 
     def _recursion(self) -> Recursion:
         raise InvalidInputError(
@@ -307,9 +303,7 @@ def load(path: str | Path) -> Portable:
         observer = kind(**{name: decoded(value) for name, value in held["made_with"].items()})
         if (names := held["signals"]) is None:
             return observer
-        plain: dict[str, Any] = {
-            key: tuple(value) if isinstance(value, list) else value for key, value in names.items()
-        }
+        plain: dict[str, Any] = {key: tuple(v) if isinstance(v, list) else v for key, v in names.items()}
         return observer.named(Signals(**plain))
     except InvalidInputError as error:
         raise InvalidInputError(f"{path}: {error}") from None

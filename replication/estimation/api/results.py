@@ -334,12 +334,15 @@ def baselines(
     """
     bracket, others = _bracket(level), others or how
     limited = "limit" if what == "level" else f"{what}, limit"
-    facts = [_without(without, what, how)]
+    name, meaning = f"{what} without sensors", f"estimate zero; {how}"
+    if isinstance(without, Bracket):
+        meaning = f"{meaning}; bracket from {without.lower:.6g}, {without.method}"
+    facts = [Evidence(name, "infinite" if without is None else _bracket(without).upper, meaning)]
     if kalman is not None:
         facts.append(Evidence(f"{what} of the Kalman filter", kalman, f"white noise of unit intensity; {others}"))
     if limit is not None:
         facts.append(Evidence(f"{limited} of any smoother", limit, f"all measurements, past and future; {others}"))
-    advice = () if without is None else _advice(bracket, _bracket(without), f"the {what} without sensors", ADVICE)
+    advice = () if without is None else _advice(bracket, _bracket(without), f"the {name}", ADVICE)
     if not advice and simpler and kalman is not None:
         advice = _advice(bracket, _bracket(kalman), f"the {what} of the Kalman filter", simpler)
     return (*facts, *advice)
@@ -347,15 +350,6 @@ def baselines(
 
 def _bracket(level: float | Bracket) -> Bracket:
     return level if isinstance(level, Bracket) else Bracket(level, level, "")
-
-
-def _without(without: float | Bracket | None, what: str, how: str) -> Evidence:
-    name, meaning = f"{what} without sensors", f"estimate zero; {how}"
-    if without is None:
-        return Evidence(name, "infinite", meaning)
-    if not isinstance(without, Bracket):
-        return Evidence(name, without, meaning)
-    return Evidence(name, without.upper, f"{meaning}; bracket from {without.lower:.6g}, {without.method}")
 
 
 def _advice(bracket: Bracket, reference: Bracket, name: str, advice: str) -> tuple[Evidence, ...]:

@@ -77,8 +77,6 @@ def _name(system: StateSpace, signals: Signals, count: int) -> None:
 
 
 Mask = NDArray[np.bool_]
-
-
 LARGEST_GATE = 100.0
 
 
@@ -179,7 +177,10 @@ class RunningObserver(Portable, ABC):
         """
         if y is NOT_GIVEN or isinstance(u, dict) or isinstance(y, dict):
             u, y = self._by_name(u, y)
-        self._advance(known_inputs(u, self.inputs), vector("y", y, self.measurements))
+        known = vector("u", u, self.inputs)
+        if np.isnan(known).any():
+            raise InvalidInputError(f"u must be {self.inputs} numbers, got {u!r}; an input is known at every instant")
+        self._advance(known, vector("y", y, self.measurements))
         self.instant += 1
         return self.estimate
 
@@ -263,16 +264,6 @@ class PeriodicObserver(RunningObserver):
                 f"y must be complete or None, got {y.tolist()}; the filter takes all sensors at once"
             )
         self._state = phase.transition @ self._state + phase.input @ u + phase.injection @ y
-
-
-def known_inputs(u: Any, size: int) -> Array:
-    """`u` as (size,) floats; raises InvalidInputError if one is missing."""
-    if u is None and not size:
-        return np.zeros(0)
-    known = vector("u", u, size)
-    if np.isnan(known).any():
-        raise InvalidInputError(f"u must be {size} numbers, got {u!r}; an input is known at every instant")
-    return known
 
 
 def vector(name: str, value: Any, size: int) -> Array:

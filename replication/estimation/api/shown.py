@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
 
 HEADINGS = ("quantity", "value", "how")
+TIME = "time (s)"
 
 
 class Shown(ABC):
@@ -128,8 +129,6 @@ class Simulation(Shown):
         Name of the method.
     time : array (M,)
         In s, or in instants if the plant has no sampling period.
-    time_label : str
-        What the axis of time is called.
     signals : mapping of str to array (M, k)
         The signals by name.
     columns : mapping of str to tuple of str
@@ -142,7 +141,6 @@ class Simulation(Shown):
 
     method: str
     time: Array
-    time_label: str
     signals: Mapping[str, Array]
     columns: Mapping[str, tuple[str, ...]]
     ratio: float | None
@@ -150,10 +148,10 @@ class Simulation(Shown):
 
     def rows(self) -> list[tuple[str, str, str]]:
         """Ratio, length, largest size of each signal."""
-        error = ("error over disturbance", as_text(self.ratio), "ratio of l2 norms") if self.ratio is not None else None
+        error = [] if self.ratio is None else [("error over disturbance", as_text(self.ratio), "ratio of l2 norms")]
         return [
-            *([error] if error else []),
-            (self.time_label, f"{self.time[0]:.6g} to {self.time[-1]:.6g}", f"{len(self.time)} points"),
+            *error,
+            (TIME, f"{self.time[0]:.6g} to {self.time[-1]:.6g}", f"{len(self.time)} points"),
             *(
                 (n, f"largest {np.abs(s).max(initial=0.0):.6g}", ", ".join(self.columns[n]))
                 for n, s in self.signals.items()
@@ -165,7 +163,7 @@ class Simulation(Shown):
         return tuple(
             Panel(
                 self.time,
-                self.time_label,
+                TIME,
                 name if len(columns) > 1 else f"{name}: {columns[0]}",
                 dict(zip(columns, self.signals[name].T, strict=True)),
                 {},
@@ -180,7 +178,7 @@ class Simulation(Shown):
         return {
             "method": self.method,
             "ratio": self.ratio,
-            "time": {"label": self.time_label, "value": self.time.tolist()},
+            "time": {"label": TIME, "value": self.time.tolist()},
             "signals": {name: signal.tolist() for name, signal in self.signals.items()},
             "columns": {name: list(columns) for name, columns in self.columns.items()},
         }
@@ -193,7 +191,7 @@ class Simulation(Shown):
         str
             A line of names with units, then numbers that read back exactly.
         """
-        head = [self.time_label, *(f"{n}: {column}" for n in self.signals for column in self.columns[n])]
+        head = [TIME, *(f"{n}: {column}" for n in self.signals for column in self.columns[n])]
         return as_csv(head, np.column_stack([self.time, *self.signals.values()]))
 
 
@@ -211,9 +209,7 @@ def simulated(
     for name, array in arrays.items():
         if array.shape[1] != len(columns[name]):
             raise ValueError(f"{name} has {array.shape[1]} columns, named are {columns[name]}")
-    return Simulation(
-        method=method, time=time, time_label="time (s)", signals=arrays, columns=columns, ratio=ratio, steps=steps
-    )
+    return Simulation(method=method, time=time, signals=arrays, columns=columns, ratio=ratio, steps=steps)
 
 
 BALANCE = 1e-6

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from replication.estimation.delay.sos.certificate import LeastGain, minimum_gain
     from replication.estimation.delay.sos.cone import DegreeRule
 else:
-    from replication.estimation.lazy import lazy
+    from replication.estimation import lazy
 
     __getattr__ = lazy(__name__)
 

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from replication.estimation.dualrate.result import DualRateResult
     from replication.estimation.dualrate.slow.result import SlowRateResult
 else:
-    from replication.estimation.lazy import lazy
+    from replication.estimation import lazy
 
     __getattr__ = lazy(__name__)
 

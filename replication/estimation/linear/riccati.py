@@ -5,10 +5,12 @@ the symplectic pencils), so a period of N stages costs N small products, and squ
 Sources: B. D. O. Anderson, Int. J. Control 28 (1978), doubling; Bittanti and Colaneri, Periodic Systems (2009), ch. 5.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from math import isnan, sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy
@@ -33,6 +35,10 @@ class RiccatiMap(NamedTuple):
     G: Array
     H: Array
 
+    def at(self, index: Any) -> RiccatiMap:
+        """Those of the stages, or of the cases, that an index or a slice of the stacks picks."""
+        return RiccatiMap(*(part[index] for part in self))
+
 
 def stacked(stages: Iterable[RiccatiMap]) -> RiccatiMap:
     """Single maps as the stages of a period."""
@@ -41,7 +47,7 @@ def stacked(stages: Iterable[RiccatiMap]) -> RiccatiMap:
 
 def reversed_in_time(stages: RiccatiMap) -> RiccatiMap:
     """The same stages, the last one first."""
-    return RiccatiMap(*(part[::-1] for part in stages))
+    return stages.at(slice(None, None, -1))
 
 
 def symmetric(matrix: Array) -> Array:
@@ -109,25 +115,18 @@ def tree(stages: RiccatiMap) -> list[RiccatiMap]:
     levels = [stages]
     while (count := len(levels[-1].A)) > 1:
         below, even = levels[-1], count - count % 2
-        pairs = compose(
-            RiccatiMap(*(part[0:even:2] for part in below)), RiccatiMap(*(part[1:even:2] for part in below))
-        )
+        pairs = compose(below.at(slice(0, even, 2)), below.at(slice(1, even, 2)))
         if even < count:
             pairs = RiccatiMap(*(np.concatenate([pair, part[even:]]) for pair, part in zip(pairs, below, strict=True)))
         levels.append(pairs)
     return levels
 
 
-def period_map(stages: RiccatiMap) -> RiccatiMap:
-    """The map over all stages in order; raises as `tree`."""
-    return _only(tree(stages)[-1])
-
-
 def down(levels: Sequence[RiccatiMap], X: Array) -> Array:
     """The states (N, n, n) at all phases from X at phase 0, on the way back down a `tree`."""
     states = X[None]
     for level in levels[-2::-1]:
-        first = RiccatiMap(*(part[0 : len(part) - 1 : 2] for part in level))
+        first = level.at(slice(0, len(level.A) - 1, 2))
         both = np.empty_like(level.A)
         both[0::2], both[1::2] = states, _applied(first, states[: len(first.A)])
         states = both
@@ -155,7 +154,7 @@ def settled(stages: RiccatiMap) -> Array | None:
     starts in its reach (see `recentre`). None is an answer, not a failure: below the achievable level the recursion
     has no limit.
     """
-    states = settled_each(RiccatiMap(*(part[:, None] for part in stages)))[:, 0]
+    states = settled_each(stages.at(np.s_[:, None]))[:, 0]
     return states if np.isfinite(states).all() else None
 
 
@@ -167,11 +166,11 @@ def settled_each(stages: RiccatiMap) -> Array:
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         try:
             levels = tree(stages)
-            starts, ended = _doubled(_only(levels[-1]))
+            starts, ended = _doubled(levels[-1].at(0))
             if ended.all():
                 return down(levels, starts)
-            states, selection = np.full_like(stages.A, np.nan), [[part[:, ended] for part in level] for level in levels]
-            states[:, ended] = down([RiccatiMap(*level) for level in selection], starts[ended])
+            states = np.full_like(stages.A, np.nan)
+            states[:, ended] = down([level.at(np.s_[:, ended]) for level in levels], starts[ended])
             return states
         except np.linalg.LinAlgError:
             return case_by_case(settled_each, stages)
@@ -181,8 +180,7 @@ def case_by_case(work: Callable[[RiccatiMap], Array], stages: RiccatiMap) -> Arr
     """What `work` finds of each case alone where, of all together, one raises LinAlgError: of which is not told."""
     if (count := stages.A.shape[1]) == 1:
         return np.full_like(stages.A, np.nan)
-    cases = [RiccatiMap(*(part[:, i : i + 1] for part in stages)) for i in range(count)]
-    return np.concatenate([work(case) for case in cases], axis=1)
+    return np.concatenate([work(stages.at(np.s_[:, i : i + 1])) for i in range(count)], axis=1)
 
 
 def from_zero(stages: RiccatiMap) -> Array | None:
@@ -193,11 +191,18 @@ def from_zero(stages: RiccatiMap) -> Array | None:
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         try:
             levels = tree(stages)
-            start = _dying(_only(levels[-1]))
-            states = None if start is None else down(levels, start)
+            period = levels[-1].at(0)
+            for _ in range(DYING_DOUBLINGS):
+                before, period = period.H, compose(period, period)
+                size = np.abs(period.H).max()
+                if not np.isfinite(size):
+                    return None
+                if np.abs(period.H - before).max() <= STAGNATION * size and np.abs(period.A).max() <= DEAD:
+                    states = down(levels, symmetric(period.H))
+                    return states if np.all(np.isfinite(states)) else None
         except np.linalg.LinAlgError:
             return None
-    return states if states is not None and np.all(np.isfinite(states)) else None
+    return None
 
 
 def gramians(stages: Iterable[tuple[Array, Array]]) -> Array | None:
@@ -207,7 +212,7 @@ def gramians(stages: Iterable[tuple[Array, Array]]) -> Array | None:
     """
     with np.errstate(over="ignore", invalid="ignore"):
         levels = tree(stacked(RiccatiMap(A, np.zeros_like(A), B @ B.T) for A, B in stages))
-        step, _, total = _only(levels[-1])
+        step, _, total = levels[-1].at(0)
         for _ in range(MAX_DOUBLINGS):
             grown = symmetric(step @ total @ step.T)
             total, step = total + grown, step @ step
@@ -215,10 +220,6 @@ def gramians(stages: Iterable[tuple[Array, Array]]) -> Array | None:
             if np.all(np.abs(grown) <= np.finfo(float).eps * np.outer(size, size)):
                 return down(levels, total)
     return None
-
-
-def _only(stages: RiccatiMap) -> RiccatiMap:
-    return RiccatiMap(*(part[0] for part in stages))
 
 
 def _twice(A: Array, G: Array, H: Array) -> tuple[Array, Array, Array, Array]:
@@ -240,7 +241,8 @@ def _doubled(total: RiccatiMap) -> tuple[Array, NDArray[np.bool_]]:
     cases, previous = np.arange(len(H)), [np.inf] * len(H)
     for _ in range(MAX_DOUBLINGS):
         A, G, H, grown = _twice(A, G, H)
-        sizes, changes = np.vecdot(_rows(H), _rows(H)), np.vecdot(_rows(grown), _rows(grown))
+        rows, more = H.reshape(len(H), -1), grown.reshape(len(H), -1)
+        sizes, changes = np.vecdot(rows, rows), np.vecdot(more, more)
         if (changes > (1e3 * STAGNATION) ** 2 * sizes).all():
             previous = [np.inf] * len(cases)
             continue  # none is near its limit, and none is lost
@@ -264,28 +266,13 @@ def _doubled(total: RiccatiMap) -> tuple[Array, NDArray[np.bool_]]:
     return limits, ended
 
 
-def _rows(stack: Array) -> Array:
-    return stack.reshape(len(stack), -1)
-
-
-def _dying(period: RiccatiMap) -> Array | None:
-    for _ in range(DYING_DOUBLINGS):
-        before, period = period.H, compose(period, period)
-        size = np.abs(period.H).max()
-        if not np.isfinite(size):
-            return None
-        if np.abs(period.H - before).max() <= STAGNATION * size and np.abs(period.A).max() <= DEAD:
-            return symmetric(period.H)
-    return None
-
-
 def circle_angles(stages: RiccatiMap, tolerance: float) -> Array:
     """Angles in [0, pi] of the eigenvalues of the period's symplectic pencil within `tolerance` of the unit circle.
 
     For the maps of a gain at level g they are the (lifted) frequencies at which a singular value equals g. Raises
     LinAlgError if the pencil overflows, as at the level of a gain that is zero up to rounding.
     """
-    A, G, H = period_map(stages)
+    A, G, H = tree(stages)[-1].at(0)
     n = len(A)
     left, right = np.eye(2 * n), np.eye(2 * n)
     left[:n, :n], left[n:, :n], right[:n, n:], right[n:, n:] = A.T, -H, G, A

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from replication.estimation.multirate.result import KalmanResult, MultirateResult
     from replication.estimation.nonuniform.stamped.extended import ExtendedFilter
 else:
-    from replication.estimation.lazy import lazy
+    from replication.estimation import lazy
 
     __getattr__ = lazy(__name__)
 

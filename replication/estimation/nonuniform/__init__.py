@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from replication.estimation.nonuniform.stamped.kalman import NoisyPlant
     from replication.estimation.nonuniform.stamped.running import StampedKalman
 else:
-    from replication.estimation.lazy import lazy
+    from replication.estimation import lazy
 
     __getattr__ = lazy(__name__)
 

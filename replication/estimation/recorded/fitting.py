@@ -18,10 +18,9 @@ from scipy import stats
 from replication.drawing.panels import Panel
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.api.shown import Shown
-from replication.estimation.recorded.forms import Form, of_plant
 from replication.estimation.recorded.log import Log, by_sensor
-from replication.estimation.recorded.replaying import PROBABILITY, Replay, begun, logged, replayed
-from replication.estimation.recorded.series import Parameters, Series, likelihood
+from replication.estimation.recorded.replaying import PROBABILITY, Replay, logged, replayed
+from replication.estimation.recorded.series import Form, Parameters, Series, likelihood, of_plant
 from replication.estimation.validation import Array
 
 STEPS, LONGEST, DAMPED, SETTLED = 100, 2.0, 0.1, 1e-9
@@ -107,7 +106,7 @@ class Likelihood:
     free: NDArray[np.bool_]
     biased: tuple[int, ...]
     late: tuple[int, ...]
-    start: Array
+    start: Any
 
     def noise(self, theta: Array) -> Parameters:
         """Variances and biases with their derivatives."""
@@ -213,7 +212,7 @@ def fit(
     guess = np.concatenate([np.log(form.v), np.log(np.diag(form.R)), np.zeros(len(biases)), late[list(tardy)]])
     free = np.array([name not in fixed for name in names])
     biased = tuple(form.sensors.index(name) for name in biases)
-    cost_of = Likelihood(form, data, guess, free, biased, tardy, begun(form, start))
+    cost_of = Likelihood(form, data, guess, free, biased, tardy, start)
     variance = (np.arange(len(names)) < logs)[free]
     parameters = tuple(name for name, flag in zip(names, free, strict=True) if flag)
     theta, cost, information = _optimum(cost_of, guess[free], variance, parameters)

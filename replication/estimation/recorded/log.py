@@ -12,6 +12,7 @@ import numpy as np
 
 from replication.errors import InvalidInputError
 from replication.estimation.validation import Array
+from replication.files import read_text
 
 LEAST_SAMPLES = 20
 OFF_GRID = 0.1
@@ -105,8 +106,7 @@ def read_log(
     columns = _columns(log)
     if time not in columns:
         raise InvalidInputError(f"the log has no column of times {time!r}, only {sorted(columns)}; name it by time=")
-    unknown = sorted(set(columns) - {time, *sensors, *inputs})
-    if unknown:
+    if unknown := sorted(set(columns) - {time, *sensors, *inputs}):
         raise InvalidInputError(
             f"no sensor or input has the name {unknown[0]!r}: sensors are {list(sensors)}; drop the column, or name "
             "the known inputs by inputs="
@@ -142,11 +142,7 @@ def read_log(
 
 def _columns(log: Any) -> dict[str, Array]:
     if isinstance(log, str | PathLike):
-        try:
-            rows = list(csv.reader(io.StringIO(Path(log).read_text(encoding="utf-8-sig"))))
-        except (OSError, UnicodeDecodeError) as error:
-            raise InvalidInputError(f"the log {log} cannot be read: {error}") from None
-        rows = [row for row in rows if row]
+        rows = [row for row in csv.reader(io.StringIO(read_text(Path(log)).removeprefix("\ufeff"))) if row]
         if not rows or any(len(row) != len(rows[0]) for row in rows) or len(set(rows[0])) < len(rows[0]):
             raise InvalidInputError(f"the log {log} is no table: a heading of different names, then rows as long as it")
         log = {name.strip(): [row[i].strip() or "nan" for row in rows[1:]] for i, name in enumerate(rows[0])}

@@ -21,9 +21,8 @@ from replication.estimation.api.plants import numbered
 from replication.estimation.api.shown import Shown, as_csv, as_text
 from replication.estimation.nonuniform.stamped.extended import ExtendedFilter, ExtendedKalman, extended
 from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant
-from replication.estimation.recorded.forms import Form, of_observer
 from replication.estimation.recorded.log import Log, by_sensor, read_log
-from replication.estimation.recorded.series import Parameters, Run, whitened
+from replication.estimation.recorded.series import Form, Parameters, Run, of_observer, whitened
 from replication.estimation.validation import Array, as_array
 
 LAGS, PROBABILITY, BANDED = 10, 0.95, "95 % band"
@@ -189,19 +188,11 @@ def logged(form: Form, log: Any, *, time: str, inputs: tuple[str, ...]) -> Log:
     return data if form.dt is None else data.on_grid(form.dt)
 
 
-def begun(form: Form, start: Any) -> Array:
-    """x^(0) (n,), with zero for samples under way."""
-    n = len(form.P0)
-    if start is None:
-        return np.zeros(n)
-    return np.append(as_array("start", start, (n - form.under_way,)), np.zeros(form.under_way))
-
-
 def replayed(form: Form, log: Log, noise: Parameters, latency: Array, start: Any) -> Replay:
     """The verdicts on a form over its log."""
     if np.any(~np.isnan(latency)) and form.dt is not None:
         raise InvalidInputError("latencies belong to filters with time stamps; a multi-rate plant has latency=")
-    series = form.along(log, latency, begun(form, start))
+    series = form.along(log, latency, start)
     return judged(series.log, form.sensors, form.expected(len(series.log.t)), series.run(noise), form.under_way)
 
 

@@ -34,7 +34,7 @@ from replication.estimation.delay.general.synthesis import _Program, back_in, de
 from replication.estimation.delay.sos import legendre
 from replication.estimation.delay.units import Scaling, converted
 from replication.estimation.linear.norms import continuous_norm
-from replication.ownplant.reading import read_plant
+from replication.ownplant.files import read_plant
 from tests.estimation.delay.plants import averaged, delayed_output, late, made_up, tanks, two_late
 from tests.tolerances import ROUNDING
 

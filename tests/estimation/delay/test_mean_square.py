@@ -18,8 +18,8 @@ from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.terms import Terms
 from replication.estimation.delay.general.mean_square import error_covariance, integrated
 from replication.estimation.validation import Array
+from replication.ownplant.files import read_plant
 from replication.ownplant.methods import METHODS
-from replication.ownplant.reading import read_plant
 from tests.estimation.delay.plants import delayed_output, late, two_late
 
 EXACT = 1e-7

@@ -19,8 +19,8 @@ from replication.estimation.nonuniform import NoisyPlant, StampedKalman
 from replication.estimation.nonuniform.stamped.transition import Transition
 from replication.estimation.recorded import fit, replay
 from replication.estimation.recorded.fitting import Likelihood
-from replication.estimation.recorded.forms import of_plant
 from replication.estimation.recorded.log import read_log
+from replication.estimation.recorded.series import of_plant
 
 CART = NoisyPlant(
     [[0, 1], [0, -1]], [[1, 0], [0, 1]], Q=[[0, 0], [0, 0.5]], R=[0.04, 0.01], B_u=[[0], [1]], sensors=["x", "v"]
@@ -183,7 +183,7 @@ def likelihood(plant: Any, rows: int, *, late: bool = False) -> Likelihood:
     form, data = of_plant(plant), read_log(log_of(rows), ("x", "v"), ("u",), least=1)
     guess = np.concatenate([np.log(form.v), np.log(np.diag(form.R)), [0.3], [0.037] if late else []])
     tardy = (0,) if late else ()
-    return Likelihood(form, data, guess, np.ones(len(guess), bool), (0,), tardy, np.zeros(len(form.P0)))
+    return Likelihood(form, data, guess, np.ones(len(guess), bool), (0,), tardy, None)
 
 
 def test_the_likelihood_is_that_of_the_joint_density() -> None:

@@ -6,7 +6,7 @@ if TYPE_CHECKING:
     from replication.estimation.multirate.losses.facade import LossResult, analyse, design, simulate
     from replication.estimation.multirate.losses.models import InARow, Independent, Markov
 else:
-    from replication.estimation.lazy import lazy
+    from replication.estimation import lazy
 
     __getattr__ = lazy(__name__)
 

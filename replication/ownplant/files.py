@@ -1,22 +1,33 @@
-"""Reads a plant file (TOML) and reports every mistake in it at once, each with its path; nothing is computed here.
+"""The files of an own plant: reads it from TOML, and writes a design for it into a directory.
 
-Beside the matrices of its method (`methods`) a file may hold name (starts the names of what is written), title,
-method, time_unit (only "s": rates, periods and delays are in seconds), a table [names] and a table [units] with the
-units of names.
+Every mistake in a plant file is reported at once, each with its path; nothing is computed here. Beside the matrices of
+its method (`methods`) a file may hold name (starts the names of what is written), title, method, time_unit (only "s":
+rates, periods and delays are in seconds), a table [names] and a table [units] with the units of names. A design is
+written as gains in three forms, the observer in three that run, the figure, and the page.
 """
 
 import difflib
 import math
+import os
 import re
 import tomllib
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
+from html import escape
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from replication.drawing.panels import as_svg, draw
 from replication.errors import InvalidInputError
-from replication.ownplant.fields import LARGEST, NAMES, Field, Kind
-from replication.ownplant.methods import METHODS
+from replication.estimation.api.results import GainResult
+from replication.files import write_directory
+from replication.ownplant.methods import LARGEST, METHODS, NAMES, Field, Kind
 
 MAX_BYTES = 2_000_000
 MAX_ENTRIES = 40_000
@@ -130,20 +141,14 @@ def _check_general(table: Mapping[str, Any], method: str, problems: list[str]) -
 
 def _value(field: Field, value: Any, problems: list[str]) -> Any:
     if field.kind is Kind.TIME:
-        return _positive(field.name, _number(field.name, value, problems), problems)
+        return _number(field.name, value, problems, field.kind)
     if field.kind is Kind.WORD:
         if not _is_label(value):
             problems.append(f"{field.name}: must be {Kind.WORD}, got {_shown(value)}")
         return value
-    if field.kind is Kind.TIMES:
-        times = _numbers(field.name, value, problems)
-        return [_positive(f"{field.name}[{i}]", time, problems) for i, time in enumerate(times)]
-    if field.kind is Kind.AGES:
-        ages = _numbers(field.name, value, problems)
-        problems += [f"{field.name}[{i}]: must be at least 0, got {age:g}" for i, age in enumerate(ages) if age < 0]
-        return ages
-    if field.kind is Kind.COVARIANCE and isinstance(value, list) and value and not isinstance(value[0], list):
-        return _numbers(field.name, value, problems)
+    variances = field.kind is Kind.COVARIANCE and isinstance(value, list) and value and not isinstance(value[0], list)
+    if field.kind in (Kind.TIMES, Kind.AGES) or variances:
+        return _numbers(field.name, value, problems, field.kind)
     if field.kind in (Kind.MATRIX, Kind.COVARIANCE):
         return _matrix(field.name, value, problems)
     if not isinstance(value, list):
@@ -166,20 +171,20 @@ def _matrix(where: str, rows: Any, problems: list[str]) -> Matrix | None:
         problems.append(f"{where}: its rows have different lengths, {[len(row) for row in rows][:MAX_SHOWN]}")
         return None
     before = len(problems)
-    matrix = [_numbers(f"{where}[{i}]", row, problems) for i, row in enumerate(rows)]
+    matrix = [_numbers(f"{where}[{i}]", row, problems, Kind.MATRIX) for i, row in enumerate(rows)]
     return None if len(problems) > before else matrix
 
 
-def _numbers(where: str, values: Any, problems: list[str]) -> list[float]:
+def _numbers(where: str, values: Any, problems: list[str], kind: Kind) -> list[float]:
     if not isinstance(values, list) or len(values) > MAX_ENTRIES:
         problems.append(
             f"{where}: must be a list of numbers, such as [0.1, 0.2] (at most {MAX_ENTRIES}), got {_shown(values)}"
         )
         return []
-    return [_number(f"{where}[{i}]", entry, problems) for i, entry in enumerate(values)]
+    return [_number(f"{where}[{i}]", entry, problems, kind) for i, entry in enumerate(values)]
 
 
-def _number(where: str, value: Any, problems: list[str]) -> float:
+def _number(where: str, value: Any, problems: list[str], kind: Kind) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         advice = "; write it without quotes and unit" if isinstance(value, str) else ""
         problems.append(f"{where}: {_shown(value)} is not a number{advice}")
@@ -192,15 +197,13 @@ def _number(where: str, value: Any, problems: list[str]) -> float:
         problems.append(f"{where}: {_shown(value)} is not finite")
     elif abs(number) > LARGEST:
         problems.append(f"{where}: {_shown(value)} is beyond {LARGEST:g} in size; choose other units")
+    elif kind is Kind.AGES and number < 0:
+        problems.append(f"{where}: must be at least 0, got {number:g}")
+    elif kind in (Kind.TIME, Kind.TIMES) and number <= 0:
+        problems.append(f"{where}: must be positive, got {number:g}")
+    elif kind in (Kind.TIME, Kind.TIMES) and number < 1 / LARGEST:
+        problems.append(f"{where}: {number:g} is below {1 / LARGEST:g}; choose another unit of time")
     return number
-
-
-def _positive(where: str, time: float, problems: list[str]) -> float:
-    if time <= 0:
-        problems.append(f"{where}: must be positive, got {time:g}")
-    elif time < 1 / LARGEST:
-        problems.append(f"{where}: {time:g} is below {1 / LARGEST:g}; choose another unit of time")
-    return time
 
 
 def _sizes(known: Mapping[str, Field], values: Mapping[str, Any], problems: list[str]) -> dict[str, int]:
@@ -268,3 +271,82 @@ def _is_label(label: Any) -> bool:
 def _shown(value: Any) -> str:
     text = repr(value)
     return text if len(text) <= MAX_LABEL else f"{text[:MAX_LABEL]}..."
+
+
+FILES = ("gains.json", "gains.mat", "gains.h", "figure.svg", "index.html")
+RUNNING = ("observer.json", "observer.c", "observer.m")
+"""Beside FILES where the observer runs at periods that the design knows, each if it has that form."""
+MAX_PRINTED = 60
+"""Gains of more numbers than this are in the files only."""
+
+
+def require_free(directory: Path, *, replace: bool, proof: str = "") -> None:
+    """Raise InvalidInputError unless `directory` can be made, or `replace` and holds nothing but an earlier design.
+
+    proof: the name of the file that a design with a certificate has, too.
+    """
+    nearest = next((path for path in directory.absolute().parents if path.exists()), directory)
+    if not nearest.is_dir() or not os.access(nearest, os.W_OK | os.X_OK):
+        raise InvalidInputError(f"{nearest} is no directory that can be written; choose another --output")
+    if not directory.exists() and not directory.is_symlink():
+        return
+    if not replace:
+        raise InvalidInputError(f"{directory} exists; choose another --output, or --force to replace an earlier design")
+    if directory.is_symlink() or not directory.is_dir():
+        raise InvalidInputError(f"{directory} is no directory; choose another --output")
+    files = sorted(path.name for path in directory.iterdir() if path.name not in (*FILES, *RUNNING, proof))
+    if files:
+        raise InvalidInputError(
+            f"{directory} holds more than a design ({', '.join(files[:3])}); choose another --output"
+        )
+
+
+def write_design(
+    directory: Path, plant: PlantFile, result: GainResult, call: str, proof: Mapping[str, bytes] | None = None
+) -> None:
+    """All of FILES, RUNNING and `proof`, files by name, or none: they appear under their name at once."""
+    name = (plant.name.replace("-", "_")[:20] + "_" + plant.method)[:31]
+    more = running_files(result, name, plant.title) | dict(proof or {})
+    figure = as_svg(draw(result.panels()), "figure")
+    write_directory(
+        directory,
+        {
+            "gains.json": result.to_json().encode(),
+            "gains.mat": result.to_mat(),
+            "gains.h": result.to_c_header(name).encode(),
+            "figure.svg": figure.encode(),
+            "index.html": page(plant.title, result, figure, call, (*FILES[:-1], *more)).encode(),
+            **more,
+        },
+    )
+
+
+def running_files(result: Any, name: str, title: str) -> dict[str, bytes]:
+    """RUNNING by name, without the forms that the observer does not have; none if it asks for a sampling period."""
+    if any(parameter.default is parameter.empty for parameter in signature(result.observer).parameters.values()):
+        return {}
+    observer, comment = result.observer(), f"{title}: {result.method} observer"
+    forms: tuple[Callable[[], str], ...] = (
+        observer.to_json,
+        partial(observer.to_c, name, comment),
+        partial(observer.to_matlab, "observer", comment),  # it is called by the name of its file
+    )
+    files = {}
+    for file, form in zip(RUNNING, forms, strict=True):
+        with suppress(InvalidInputError):
+            files[file] = form().encode()
+    return files
+
+
+def page(title: str, result: GainResult, figure: str, call: str, files: tuple[str, ...]) -> str:
+    """The page; figure: an SVG element, call: the command line that made it, files: what lies beside the page."""
+    (panel,) = result.panels()
+    levels = ", ".join(f"{name} {value:.4g}" for name, value in panel.levels.items())
+    alt = f"{panel.y_label} over {panel.x_label}; {levels}"
+    drawing = figure.replace("<svg ", f'<svg role="img" aria-label="{escape(alt)}" ', 1)
+    names = {kind: labels for kind, labels in result.signals.to_dict().items() if isinstance(labels, list) and labels}
+    fields = {"title": title, "result": result, "drawing": drawing, "alt": alt, "names": names, "call": call}
+    texts = FileSystemLoader(Path(__file__).parent)
+    template = Environment(loader=texts, autoescape=True, undefined=StrictUndefined).get_template("page.html.j2")
+    with np.printoptions(precision=6, linewidth=95, suppress=False):
+        return template.render(**fields, files=files, most=MAX_PRINTED) + "\n"
