@@ -14,7 +14,7 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.plants import Signals, numbered, parts_of, read_plant
 from replication.estimation.api.results import Evidence
 from replication.estimation.api.shown import Goal, Simulation, aimed, simulated
-from replication.estimation.delay.exact.loop import decided
+from replication.estimation.delay.exact.response import decided
 from replication.estimation.delay.general.design import design_general, left_alone, mean_design
 from replication.estimation.delay.plant import DelayPlant, delay_system, require_independent
 from replication.estimation.delay.result import ORDER, DelayAnalysis, DelayResult, result_of

@@ -12,8 +12,9 @@ from replication.drawing.panels import Panel
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.api.results import Bracket, Evidence, GainResult
 from replication.estimation.api.shown import Measures, Shown, Traded
-from replication.estimation.delay.exact.loop import error_response, plant_terms
+from replication.estimation.delay.exact.response import error_response
 from replication.estimation.delay.exact.smoothing import worth
+from replication.estimation.delay.exact.terms import plant_terms
 from replication.estimation.delay.general.mean_square import OF, Designs
 from replication.estimation.delay.general.synthesis import GeneralLevel
 from replication.estimation.delay.plant import DelayPlant

@@ -11,8 +11,7 @@ import numpy as np
 import scipy
 
 from replication.errors import InvalidInputError, SolverError
-from replication.estimation.delay.exact.loop import plant_terms
-from replication.estimation.delay.exact.terms import Complex, PlantTerms
+from replication.estimation.delay.exact.terms import Complex, PlantTerms, plant_terms
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import legendre
 from replication.estimation.delay.units import natural_units

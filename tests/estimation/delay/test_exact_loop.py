@@ -10,9 +10,14 @@ from scipy.integrate import quad
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay.exact import response as peak
-from replication.estimation.delay.exact.loop import error_response, mismatched_response, plant_terms
-from replication.estimation.delay.exact.response import Cells, Response, right_roots
-from replication.estimation.delay.exact.terms import Kernel, Terms, projected
+from replication.estimation.delay.exact.response import (
+    Cells,
+    Response,
+    error_response,
+    mismatched_response,
+    right_roots,
+)
+from replication.estimation.delay.exact.terms import Kernel, Terms, plant_terms, projected
 from replication.estimation.delay.general import sampled as module
 from replication.estimation.delay.general.observer import DelayObserver, exact_gain, worst_gain
 from replication.estimation.delay.general.sampled import InnovationsObserver, exact_response

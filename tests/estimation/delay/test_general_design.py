@@ -22,8 +22,8 @@ from replication.estimation.delay import (
     exact_gain,
     limit,
 )
-from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.response import right_roots
+from replication.estimation.delay.exact.terms import plant_terms
 from replication.estimation.delay.general import design as designs
 from replication.estimation.delay.general.cone import (
     LineForm,

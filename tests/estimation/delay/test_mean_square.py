@@ -14,8 +14,7 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.delay import DelayObserver, DelayPlant, DelayResult, design, limit
 from replication.estimation.delay.exact.central import FilterModel, central
 from replication.estimation.delay.exact.limit import filter_level
-from replication.estimation.delay.exact.loop import plant_terms
-from replication.estimation.delay.exact.terms import Terms
+from replication.estimation.delay.exact.terms import Terms, plant_terms
 from replication.estimation.delay.general.mean_square import error_covariance, integrated
 from replication.estimation.validation import Array
 from replication.ownplant.methods import METHODS

@@ -1,4 +1,4 @@
-"""The gain matrix of a delay equation, and bounds of it over cells of frequencies and delays.
+"""The closed loop of a delay plant and an observer as a delay equation; its gain, over ranges of delays too.
 
 X xi = [0; w] with X = diag(s I, I) + L(s), rows of states first, then algebraic ones; L depends on the s tau_i.
 A cell is |w - w_c| <= r, |tau_i - t_i| <= d_i. On it X = X_c (I + E), and in some basis |E| <= D entry by entry, by the
@@ -10,16 +10,17 @@ which shows that X is invertible and bounds the second-order remainder of the ga
 matters.
 """
 
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, wraps
 from itertools import product
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.delay.exact.terms import Complex, Terms, axis
+from replication.estimation.delay.exact.terms import Complex, PlantTerms, Terms, axis, stacked
 from replication.estimation.validation import Array
 
 Block = TypeVar("Block", Array, Complex)
@@ -181,6 +182,62 @@ def radii(matrices: Array) -> Array:
     return np.asarray(np.abs(np.linalg.eigvals(matrices)).max(axis=-1))
 
 
+# The closed loop of a delay plant and an observer of it. With the innovation eps, the errors follow
+# [e'; z; eps] = M(s) [e; w] - I(s) eps, where M is the plant and I what the innovation adds to the observer. With other
+# delays than it takes for granted the states of both stay.
+
+
+def error_response(plant: PlantTerms, injection: Terms | None = None) -> Response:
+    """From w to the error of z, for an observer of the plant itself, or the estimate zero; signals e, eps, z, w."""
+    n, p, q, r = plant.sizes
+    injection = Terms(np.zeros((len(plant.terms.constant), q))) if injection is None else injection
+    rows, e, eps, z, w = _places(n, q, p, r)
+    # Rows (x', z, y) of the plant go to those of e, z and eps.
+    to = np.hstack([rows[e].T, rows[z].T, rows[eps].T])
+    loop = stacked(
+        [(plant.terms, -to, np.vstack([rows[e], rows[w]])), (injection, to, rows[eps])], np.zeros((n + q + p + r,) * 2)
+    )
+    ranges = tuple((delay, delay) for delay in loop.delays)
+    return Response(loop, (n, p, r), _direct(plant, injection), ranges)
+
+
+def mismatched_response(
+    assumed: PlantTerms, injection: Terms, true: Sequence[float], ranges: Sequence[tuple[float, float]]
+) -> Response:
+    """From w to the error of z where the delays are not those that are `assumed`; signals x, x^, eps, z, w."""
+    n, p, q, r = assumed.sizes
+    rows, x, guess, eps, z, w = _places(n, n, q, p, r)
+    plant_to = np.hstack([rows[x].T, rows[z].T, rows[eps].T])
+    copy_to = np.hstack([rows[guess].T, -rows[z].T, -rows[eps].T])
+    nothing = np.zeros((r, plant_to.shape[0]))
+    loop = stacked(
+        [
+            (replace(assumed.terms, delays=tuple(true)), -plant_to, np.vstack([rows[x], rows[w]])),
+            (assumed.terms, -copy_to, np.vstack([rows[guess], nothing])),
+            (injection, -copy_to, rows[eps]),
+        ],
+        np.zeros((2 * n + q + p + r,) * 2),
+    )
+    fixed = ((delay, delay) for delay in loop.delays[len(true) :])
+    return Response(loop, (2 * n, p, r), _direct(assumed, injection), (*ranges, *fixed))
+
+
+def _places(*sizes: int) -> tuple[Array, ...]:
+    """The identity and, for each signal, its rows."""
+    eye = np.eye(sum(sizes))
+    stops = np.cumsum(sizes)
+    return eye, *(np.arange(stop - size, stop) for size, stop in zip(sizes, stops, strict=True))
+
+
+def _direct(plant: PlantTerms, injection: Terms) -> Terms:
+    """D_z w - L_z D_y w at frequencies beyond all dynamics, L_z what the innovation adds to z at once."""
+    _, estimated, measured = plant.rows
+    noise = plant.columns[1]
+    rows, columns = np.eye(len(plant.terms.constant)), np.eye(plant.terms.constant.shape[1])
+    left = rows[estimated] - injection.constant[estimated] @ rows[measured]
+    return plant.terms.without_kernels().applied(left, columns[:, noise])
+
+
 # The supremum of a gain over all frequencies and over ranges of delays, and stability over them; neither by sampling.
 #
 # Cells of frequencies and delays are cut until none can hold more than what is attained (`Response.bounded`).
@@ -303,3 +360,23 @@ def _halved(cells: Cells, coordinate: Array) -> Cells:
         np.concatenate([cells.delays - move, cells.delays + move]),
         np.tile(spread, (2, 1)),
     )
+
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+def decided(door: Callable[P, T]) -> Callable[P, T]:
+    """`door`, with SolverError where a matrix in it is singular to rounding: no number comes of that."""
+
+    @wraps(door)
+    def refusing(*args: P.args, **named: P.kwargs) -> T:
+        try:
+            return door(*args, **named)
+        except np.linalg.LinAlgError as error:
+            raise SolverError(
+                f"rounding decides ({error}): a root of the plant lies on the imaginary axis where nothing moves it or "
+                "shows it, or its numbers lie too far apart; disturb and measure that mode, or choose other units"
+            ) from None
+
+    return refusing

@@ -13,8 +13,7 @@ import numpy as np
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.api.results import Bracket, Evidence, baselines
 from replication.estimation.delay.exact.central import FilterModel, central, ladder_model
-from replication.estimation.delay.exact.loop import error_response
-from replication.estimation.delay.exact.response import gain_bracket
+from replication.estimation.delay.exact.response import error_response, gain_bracket
 from replication.estimation.delay.exact.terms import Complex, PlantTerms, axis
 from replication.estimation.linear.norms import continuous_norm
 from replication.estimation.validation import Array

@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import repeat
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import scipy
 
+from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import legendre
 from replication.estimation.validation import Array
 
@@ -215,3 +217,27 @@ class PlantTerms:
         """Where x and w stand."""
         n, _, _, r = self.sizes
         return slice(0, n), slice(n, n + r)
+
+
+def plant_terms(plant: DelayPlant) -> PlantTerms:
+    """(x', z, y) = M(s) (x, w) + N(s) u of a plant."""
+    n, p, q, r, m = plant.states, plant.outputs, plant.measurements, plant.inputs, plant.known_inputs
+
+    def driven(b_u: Array) -> Array:
+        return np.vstack([b_u, np.zeros((p + q, m))])
+
+    present = np.block([[plant.a0, plant.b], [plant.c10, plant.d11], [plant.c2, plant.d21]])
+    states = zip(plant.a, plant.b_delayed, plant.c1, plant.c2_delayed, plant.d21_delayed, strict=True)
+    late = tuple(np.block([[a, b], [c1, np.zeros((p, r))], [c2, d2]]) for a, b, c1, c2, d2 in states)
+    kernels = tuple(map(_average, zip(plant.a_spread, plant.c1_spread, plant.c2_spread, strict=True), repeat(r)))
+    known = Terms(driven(plant.b_u), plant.delays, tuple(map(driven, plant.b_u_delayed)), (None,) * len(late))
+    return PlantTerms((n, p, q, r), Terms(present, plant.delays, late, kernels), known)
+
+
+def _average(parts: tuple[Array, ...], inputs: int) -> Kernel | None:
+    """The kernel of a mean from what multiplies powers of the lag in x', z and y, each (k, rows, n); None for zero."""
+    count = max(map(len, parts))
+    powers = np.concatenate([np.pad(part, ((0, count - len(part)), (0, 0), (0, inputs))) for part in parts], axis=1)
+    if not np.any(powers):
+        return None
+    return Kernel(projected(lambda lags: np.tensordot(lags[:, None] ** np.arange(count), powers, axes=1), count - 1))

@@ -19,8 +19,7 @@ from replication.errors import InvalidInputError
 from replication.estimation.conic.interior import Block
 from replication.estimation.conic.program import symmetric_basis
 from replication.estimation.delay.exact.central import FilterModel
-from replication.estimation.delay.exact.loop import plant_terms
-from replication.estimation.delay.exact.terms import Kernel
+from replication.estimation.delay.exact.terms import Kernel, plant_terms
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import legendre
 from replication.estimation.validation import Array

@@ -11,10 +11,9 @@ from replication.estimation.api.results import Bracket, Evidence
 from replication.estimation.api.shown import Goal
 from replication.estimation.delay.exact.central import FilterModel, central
 from replication.estimation.delay.exact.limit import Limit, climbed, limit
-from replication.estimation.delay.exact.loop import error_response, plant_terms
-from replication.estimation.delay.exact.response import gain_bracket, right_roots
+from replication.estimation.delay.exact.response import error_response, gain_bracket, right_roots
 from replication.estimation.delay.exact.smoothing import alone, beside, smoother_bound, worth
-from replication.estimation.delay.exact.terms import PlantTerms
+from replication.estimation.delay.exact.terms import PlantTerms, plant_terms
 from replication.estimation.delay.general import synthesis
 from replication.estimation.delay.general.mean_square import OF, Designs, error_covariance, returns, smoother_covariance
 from replication.estimation.delay.general.observer import DelayObserver, exact_gain, worst_gain

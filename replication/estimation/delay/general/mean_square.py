@@ -11,10 +11,9 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.shown import Measures, balanced
 from replication.estimation.delay.exact.central import FilterModel, central
 from replication.estimation.delay.exact.limit import Limit, limit
-from replication.estimation.delay.exact.loop import error_response, plant_terms
-from replication.estimation.delay.exact.response import GainBracket, right_roots
+from replication.estimation.delay.exact.response import GainBracket, error_response, right_roots
 from replication.estimation.delay.exact.smoothing import smoother_maps
-from replication.estimation.delay.exact.terms import Complex, PlantTerms, Terms, axis
+from replication.estimation.delay.exact.terms import Complex, PlantTerms, Terms, axis, plant_terms
 from replication.estimation.delay.general.cone import line_form, moment_plant
 from replication.estimation.delay.general.observer import DelayObserver, exact_gain
 from replication.estimation.delay.general.synthesis import in_units_of, require_noise, scaling_of

@@ -9,9 +9,16 @@ from functools import cached_property
 import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.delay.exact.loop import decided, error_response, mismatched_response, plant_terms
-from replication.estimation.delay.exact.response import GainBracket, Response, gain_bracket, right_roots
-from replication.estimation.delay.exact.terms import Kernel, Terms, projected
+from replication.estimation.delay.exact.response import (
+    GainBracket,
+    Response,
+    decided,
+    error_response,
+    gain_bracket,
+    mismatched_response,
+    right_roots,
+)
+from replication.estimation.delay.exact.terms import Kernel, Terms, plant_terms, projected
 from replication.estimation.delay.general.cone import LineForm, moment_plant
 from replication.estimation.delay.general.sampled import InnovationsObserver
 from replication.estimation.delay.plant import DelayPlant

@@ -8,9 +8,8 @@ import numpy as np
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic.interior import Block, Point, solve
 from replication.estimation.delay.exact.central import ladder_model, normal_states, whitened
-from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.smoothing import highest, smoother_bound
-from replication.estimation.delay.exact.terms import Terms, axis
+from replication.estimation.delay.exact.terms import Terms, axis, plant_terms
 from replication.estimation.delay.general import cone
 from replication.estimation.delay.general.cone import LineForm, Rates, Storage
 from replication.estimation.delay.general.observer import DelayObserver
