@@ -15,8 +15,7 @@ from replication.estimation.api.shown import Measures, Shown, Traded
 from replication.estimation.delay.exact.response import error_response
 from replication.estimation.delay.exact.smoothing import worth
 from replication.estimation.delay.exact.terms import plant_terms
-from replication.estimation.delay.general.mean_square import OF, Designs
-from replication.estimation.delay.general.synthesis import GeneralLevel
+from replication.estimation.delay.general.synthesis import OF, Designs, GeneralLevel
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos.certificate import Certificate
 from replication.estimation.delay.sos.observer import DelayGains, HistoryObserver, spectral_abscissa

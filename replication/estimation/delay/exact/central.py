@@ -10,8 +10,10 @@ import numpy as np
 import scipy
 
 from replication.errors import InfeasibleError
-from replication.estimation.delay.exact.terms import Kernel, PlantTerms, Terms
+from replication.estimation.delay.exact.terms import Kernel, PlantTerms, Terms, plant_terms
+from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos.legendre import ends, evaluate, gauss
+from replication.estimation.delay.units import Scaling, natural_units
 from replication.estimation.linear.periodic import Stage
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.validation import Array
@@ -253,3 +255,36 @@ def central(model: FilterModel, level: float = np.inf) -> tuple[Array, Array]:
     R = unit_model.dy @ unit_model.dy.T
     gains = np.linalg.solve(R, (P @ scaled.cy.T + scaled.b @ unit_model.dy.T).T).T
     return gains / scale[:, None] / sizes, P / np.outer(scale, scale)
+
+
+# Units in which the matrices of a general plant are of moderate size: states, time, and those of w and z.
+#
+# As `natural_units` of a plant without noise, with delayed and spread terms among the A_i, delayed disturbances in B.
+
+
+MOMENTS = 3
+"""On each piece of the past, in the model of the Kalman filter."""
+
+
+def scaling_of(plant: DelayPlant) -> Scaling:
+    """Time in natural units, at most the longest delay; errors of the Kalman filter of unit size; w and z as they are.
+
+    So a slow mode is as large as its error, and not as what it becomes in its own time. Where there is no Kalman filter
+    the states are balanced.
+    """
+    a = tuple(now + np.abs(spread).sum(axis=0) for now, spread in zip(plant.a, plant.a_spread, strict=True))
+    b = np.hstack([plant.b, *plant.b_delayed])
+    c1 = tuple(now + np.abs(spread).sum(axis=0) for now, spread in zip(plant.c1, plant.c1_spread, strict=True))
+    c2 = np.eye(1, plant.states)  # no unit hangs on what is measured
+    units = natural_units(DelayPlant(plant.a0, plant.delays, b, plant.c10, c2, a, c1))
+    noise = np.linalg.norm(np.hstack([plant.d21, *plant.d21_delayed]), axis=1)
+    sensors = np.array([1.0 / _power(size) if size > 0.0 else 1.0 for size in noise])
+    natural = replace(units, sensors=sensors, time=min(units.time, _power(plant.delays[-1])))
+    model = ladder_model(plant_terms(natural.plant(plant)), MOMENTS)
+    if np.linalg.matrix_rank(model.dy) < len(model.dy):
+        return natural
+    return replace(natural, states=natural.states * normal_states(whitened(model))[1][: plant.states])
+
+
+def _power(value: float) -> float:
+    return float(2.0 ** np.round(np.log2(value)))

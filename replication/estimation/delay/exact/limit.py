@@ -14,13 +14,13 @@ from replication.estimation.delay.exact.central import (
     hamiltonian,
     ladder_model,
     normal_states,
+    scaling_of,
     stable_space,
     whitened,
 )
 from replication.estimation.delay.exact.response import decided
 from replication.estimation.delay.exact.smoothing import smoother_bound, smoother_gains
 from replication.estimation.delay.exact.terms import PlantTerms, plant_terms
-from replication.estimation.delay.general.synthesis import scaling_of
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.spectrum import require_seen
 from replication.estimation.validation import Array, positive_scalar
