@@ -119,7 +119,7 @@ def test_a_bend_counts_where_the_slope_is_zero(least: float) -> None:
     """X = jw + least - 1 + e^-jw has no slope at w = 0, and all but vanishes beside it."""
     constant = np.array([[least - 1.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
     loop = Terms(constant, (1.0,), (np.diag([1.0, 0.0, 0.0]),), (None,))
-    one_state = Response(loop, (1, 1, 1), Terms(np.zeros((1, 1))), ((1.0, 1.0),))
+    one_state = Response(loop, (1, 1, 1), 0.0, ((1.0, 1.0),))
     half = np.sqrt(2.0 * least * 0.89)
     _, bound, _ = one_state.bounded(one_state.cells(np.array([-half, half])))
     by_hand = 1.0 / abs(1j * half + least - 1.0 + np.exp(-1j * half))

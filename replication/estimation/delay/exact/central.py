@@ -257,9 +257,7 @@ def central(model: FilterModel, level: float = np.inf) -> tuple[Array, Array]:
     return gains / scale[:, None] / sizes, P / np.outer(scale, scale)
 
 
-# Units in which the matrices of a general plant are of moderate size: states, time, and those of w and z.
-#
-# As `natural_units` of a plant without noise, with delayed and spread terms among the A_i, delayed disturbances in B.
+# Units in which the matrices of a plant with noise are of moderate size.
 
 
 MOMENTS = 3
@@ -272,11 +270,7 @@ def scaling_of(plant: DelayPlant) -> Scaling:
     So a slow mode is as large as its error, and not as what it becomes in its own time. Where there is no Kalman filter
     the states are balanced.
     """
-    a = tuple(now + np.abs(spread).sum(axis=0) for now, spread in zip(plant.a, plant.a_spread, strict=True))
-    b = np.hstack([plant.b, *plant.b_delayed])
-    c1 = tuple(now + np.abs(spread).sum(axis=0) for now, spread in zip(plant.c1, plant.c1_spread, strict=True))
-    c2 = np.eye(1, plant.states)  # no unit hangs on what is measured
-    units = natural_units(DelayPlant(plant.a0, plant.delays, b, plant.c10, c2, a, c1))
+    units = natural_units(plant)
     noise = np.linalg.norm(np.hstack([plant.d21, *plant.d21_delayed]), axis=1)
     sensors = np.array([1.0 / _power(size) if size > 0.0 else 1.0 for size in noise])
     natural = replace(units, sensors=sensors, time=min(units.time, _power(plant.delays[-1])))

@@ -60,7 +60,7 @@ class Response:
 
     loop: Terms  # L(s); rows and columns: states, other signals, z, w
     sizes: tuple[int, int, int]  # Number of states, of z and of w
-    direct: Terms  # What z is of w at frequencies beyond all dynamics; no kernels
+    direct: float  # A bound of what z is of w at frequencies beyond all dynamics
     ranges: tuple[tuple[float, float], ...]  # Shortest and longest delay of each line of `loop`, s
 
     def cells(self, edges: Array, *, nominal: bool = False) -> Cells:
@@ -95,14 +95,13 @@ class Response:
             return float(np.inf)
         eye = np.eye(len(near))
         rest = self.part(np.linalg.inv(eye - near) - np.linalg.inv(eye - far))
-        parts = (self.direct.constant, *self.direct.delayed)
-        return float(sum(np.linalg.norm(part, 2) for part in parts) + np.linalg.norm(rest, 2))
+        return self.direct + float(np.linalg.norm(rest, 2))
 
     def _small(self, omega: float) -> Array:
         """Bounds of |diag(s I, I)^-1 L(s)| for all |s| >= omega with Re s >= 0."""
         n = self.sizes[0]
         variation = self.loop.variation([least for least, _ in self.ranges])
-        signals = self.loop.without_kernels().bound() + variation / omega
+        signals = sum(np.abs(part) for part in (self.loop.constant, *self.loop.delayed)) + variation / omega
         return np.vstack([self.loop.bound()[:n] / omega, signals[n:]])
 
     @cached_property
@@ -229,13 +228,11 @@ def _places(*sizes: int) -> tuple[Array, ...]:
     return eye, *(np.arange(stop - size, stop) for size, stop in zip(sizes, stops, strict=True))
 
 
-def _direct(plant: PlantTerms, injection: Terms) -> Terms:
-    """D_z w - L_z D_y w at frequencies beyond all dynamics, L_z what the innovation adds to z at once."""
-    _, estimated, measured = plant.rows
-    noise = plant.columns[1]
-    rows, columns = np.eye(len(plant.terms.constant)), np.eye(plant.terms.constant.shape[1])
-    left = rows[estimated] - injection.constant[estimated] @ rows[measured]
-    return plant.terms.without_kernels().applied(left, columns[:, noise])
+def _direct(plant: PlantTerms, injection: Terms) -> float:
+    """A bound of D_z w - L_z D_y w at frequencies beyond all dynamics, L_z what the innovation adds to z at once."""
+    _, z, y = plant.rows
+    parts = (part[:, plant.columns[1]] for part in (plant.terms.constant, *plant.terms.delayed))
+    return float(sum(np.linalg.norm(part[z] - injection.constant[z] @ part[y], 2) for part in parts))
 
 
 # The supremum of a gain over all frequencies and over ranges of delays, and stability over them; neither by sampling.

@@ -176,10 +176,6 @@ class Terms:
                 total = total + kernel.variation() / least
         return total
 
-    def without_kernels(self) -> Terms:
-        """The constant and the delays alone."""
-        return replace(self, kernels=(None,) * len(self.delays))
-
 
 def stacked(blocks: Sequence[tuple[Terms, Array, Array]], constant: Array) -> Terms:
     """constant + the sum of left·M(s)·right over `blocks` (M, left, right); delays may be different ones in each."""
