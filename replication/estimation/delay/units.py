@@ -9,7 +9,7 @@ import scipy
 
 from replication.errors import InvalidInputError
 from replication.estimation.delay.exact.terms import plant_terms
-from replication.estimation.delay.plant import ONCE, PER_DELAY, SPREAD, DelayPlant
+from replication.estimation.delay.plant import KINDS, ONCE, DelayPlant
 from replication.estimation.validation import Array, as_matrix, positive_scalar
 
 Change = Mapping[str, Callable[[Array], Array]]
@@ -18,15 +18,11 @@ Change = Mapping[str, Callable[[Array], Array]]
 def converted(plant: DelayPlant, rows: Change, columns: Change, time: float = 1.0) -> DelayPlant:
     """The plant in other coordinates or units: rows and columns of each kind changed, delays divided by `time`."""
 
-    def changed(name: str, matrix: Array) -> Array:
-        kinds = (ONCE | PER_DELAY | SPREAD)[name]
-        row, column = kinds[0], kinds[1]
-        matrix = rows[row](matrix) if row in rows else matrix
-        return columns[column](matrix) if column in columns else matrix
-
-    fields: dict[str, Any] = {name: changed(name, getattr(plant, name)) for name in ONCE}
-    for name in PER_DELAY | SPREAD:
-        fields[name] = [changed(name, matrix) for matrix in getattr(plant, name)]
+    fields: dict[str, Any] = {}
+    for name, kinds in KINDS.items():
+        left, right = rows.get(kinds[0], np.asarray), columns.get(kinds[1], np.asarray)
+        matrices = getattr(plant, name)
+        fields[name] = right(left(matrices)) if name in ONCE else [right(left(matrix)) for matrix in matrices]
     ranges = [(low / time, high / time) for low, high in plant.ranges]
     return DelayPlant(delays=tuple(delay / time for delay in plant.delays), ranges=tuple(ranges), **fields)
 

@@ -221,13 +221,10 @@ def _refined(model: FilterModel, P: Array) -> Array:
         drift, drive, *_ = model.error(gains)
         if np.linalg.eigvals(drift).real.max() >= 0.0:
             raise np.linalg.LinAlgError("rounding decides whether the filter of the model is stable")
-        following = scipy.linalg.solve_continuous_lyapunov(drift, -drive @ drive.T)
-        following = symmetric(following)
-        moved = np.abs(following - P).max() <= 1e-14 * np.abs(following).max()
-        P = following
-        if moved:
+        before, P = P, symmetric(scipy.linalg.solve_continuous_lyapunov(drift, -drive @ drive.T))
+        if np.abs(P - before).max() <= 1e-14 * np.abs(P).max():
             break
-    return np.asarray(P)
+    return P
 
 
 def central(model: FilterModel, level: float = np.inf) -> tuple[Array, Array]:
