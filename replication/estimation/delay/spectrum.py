@@ -17,13 +17,11 @@ from replication.estimation.delay.sos import legendre
 from replication.estimation.delay.units import natural_units, reach
 from replication.estimation.validation import Array, positive_integer
 
-# Discretisation of a history on [-1, 0]: Chebyshev collocation, or the forward difference with lumped states.
-#
-# Collocation converges geometrically; the forward difference of N lumped states is first order in 1/N.
-
 
 class Scheme(StrEnum):
-    """How histories are discretised: Chebyshev collocation, or the forward difference with lumped states."""
+    """How histories on [-1, 0] are discretised: Chebyshev collocation, which converges geometrically, or the forward
+    difference with lumped states, of first order in their number.
+    """
 
     CHEBYSHEV = "chebyshev"
     LUMPED = "lumped"

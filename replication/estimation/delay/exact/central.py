@@ -12,7 +12,7 @@ import scipy
 from replication.errors import InfeasibleError
 from replication.estimation.delay.exact.terms import Kernel, PlantTerms, Terms, plant_terms
 from replication.estimation.delay.plant import DelayPlant
-from replication.estimation.delay.sos.legendre import ends, evaluate, gauss
+from replication.estimation.delay.sos.legendre import derivative, ends, evaluate, gauss
 from replication.estimation.delay.units import Scaling, natural_units
 from replication.estimation.linear.periodic import Stage
 from replication.estimation.linear.riccati import symmetric
@@ -121,12 +121,10 @@ def _pieces(terms: Terms) -> list[_Piece]:
 
 def shift(order: int) -> tuple[Array, Array, Array, float]:
     """(F, g, c, d): tau m' = F m + g v(t) and v(t - tau) = c m + d v(t)."""
-    index, (now, then) = np.arange(order), ends(order)
+    now, then = ends(order)
     direct = (-1.0) ** order
     reading = then - direct * now
-    # <q_k', q_j> = -2 q_k(0) q_j(0) for j < k with k - j odd.
-    slope = -2.0 * np.outer(now, now) * np.tril((index[:, None] - index[None, :]) % 2)
-    return slope - np.outer(then, reading), now - direct * then, reading, direct
+    return -derivative(order).T - np.outer(then, reading), now - direct * then, reading, direct
 
 
 def _moments(kernel: Kernel, order: int, start: float, stop: float) -> Array:

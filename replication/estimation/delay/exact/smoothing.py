@@ -11,13 +11,13 @@ from typing import Literal, TypeVar
 
 import numpy as np
 import scipy
-from numpy.polynomial import legendre
 
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.api.results import Bracket, Evidence, baselines
 from replication.estimation.delay.exact.central import FilterModel, central, ladder_model
 from replication.estimation.delay.exact.response import error_response, gain_bracket, right_roots
 from replication.estimation.delay.exact.terms import Complex, PlantTerms, Terms, axis
+from replication.estimation.delay.sos import legendre
 from replication.estimation.linear.norms import continuous_norm
 from replication.estimation.validation import Array
 
@@ -198,17 +198,15 @@ def _quadrature(function: Function, edges: Array, size: float = 0.0) -> Complex:
 
 def _on_panels(function: Function, left: Array, right: Array, points: int) -> Complex:
     """The integral over each panel (M, ..) by Gauss' rule."""
-    nodes, weights = legendre.leggauss(points)
-    half = (right - left) / 2.0
-    values = function(((left + half)[:, None] + half[:, None] * nodes).ravel())
-    return np.asarray(np.einsum("t,m,mt...->m...", weights, half, values.reshape(len(left), points, *values.shape[1:])))
+    (nodes, weights), width = legendre.gauss(points), right - left
+    values = function((right[:, None] + width[:, None] * nodes).ravel())
+    return np.asarray(
+        np.einsum("t,m,mt...->m...", weights, width, values.reshape(len(left), points, *values.shape[1:]))
+    )
 
 
 def _squared(maps: Complex) -> Complex:
     return np.asarray(maps @ maps.conj().swapaxes(1, 2))
-
-
-# Comparisons of the level of a delay observer: the gain without sensors, of a Kalman filter, of a smoother
 
 
 WIDTH = 1e-4

@@ -170,11 +170,8 @@ class Terms:
 
     def variation(self, shortest: Sequence[float]) -> Array:
         """V (a, b): the kernels' part of M(s) is at most V/|s| for Re s >= 0, for delays from `shortest` on."""
-        total = np.zeros(self.constant.shape)
-        for least, kernel in zip(shortest, self.kernels, strict=True):
-            if kernel is not None:
-                total = total + kernel.variation() / least
-        return total
+        parts = (kernel.variation() / t for t, kernel in zip(shortest, self.kernels, strict=True) if kernel is not None)
+        return sum(parts, np.zeros(self.constant.shape))
 
 
 def stacked(blocks: Sequence[tuple[Terms, Array, Array]], constant: Array) -> Terms:

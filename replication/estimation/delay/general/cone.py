@@ -275,9 +275,6 @@ def _line_units(rates: Rates) -> list[Array]:
     return [symmetric_basis(width) for width in (*widths, *widths)]
 
 
-# From a storage function to the gains of the observer: Z and L_z between the two inequalities, then their inverse
-
-
 NODES = 160
 """Gauss points on a line: the kernels are polynomials over S + (1 + s) T."""
 NEGLIGIBLE = 1e-11

@@ -198,12 +198,6 @@ def over_ranges(observer: DelayObserver) -> list[Evidence]:
     ]
 
 
-# Kalman and least-entropy gains of a delay plant, as `design` gives them: the exact gain and the exact mean error.
-#
-# The gains come from the filter Riccati equation of the plant with each delay by its first Legendre moments. Both
-# measures are taken of the observer in continuous time, with true exponentials, and set beside the least of any.
-
-
 EXACT_ENDS = "exact closed loop with true exponentials, all frequencies; not certified"
 TOLERANCE, NOTICED = 1e-8, 1e-3
 """Relative change of the least mean error over two models at which the climb ends; excess over it that is told."""

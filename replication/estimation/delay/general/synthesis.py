@@ -1,6 +1,7 @@
-"""Gains of a delay plant with noise: the least level and an observer by the small program; central gains; the units.
+"""Gains of a delay plant with noise: the least level and an observer by the small program, and central gains.
 
-Source of the central gains: the filter Riccati equation of the plant with each delay by its first Legendre moments.
+Those are of the filter Riccati equation of the plant with each delay by its moments, at any level up to infinity, the
+Kalman filter. Without noise at all frequencies an observer may differentiate, and the least level is not attained.
 """
 
 from collections.abc import Iterable
@@ -26,9 +27,6 @@ from replication.estimation.delay.spectrum import require_seen
 from replication.estimation.delay.units import Scaling
 from replication.estimation.linear.norms import continuous_norm
 from replication.estimation.validation import Array, positive_integer, positive_scalar
-
-# Noise at all frequencies: without it an observer may differentiate, and the least level is not attained
-
 
 NONE = 1e-6
 """Least singular value, relative to rows of unit length, that counts as none."""
@@ -196,9 +194,6 @@ def back_in(scaling: Scaling, form: LineForm) -> LineForm:
     return replace(form, now=rows * form.now * columns, lines=tuple(lines))
 
 
-# Central gains of a delay plant at any level up to infinity, the Kalman filter, with both measures of each, exact.
-
-
 WIDTH, KEPT = 1e-6, 1e-3
 """Relative width of the exact gain, and excess over the level of the model that is left to it."""
 BALANCE, SMALL, LOST = 1e-3, 40, 0.15
@@ -211,7 +206,7 @@ OF = "rms error of z"
 
 
 class Designs:
-    """The central gains of a plant at any level."""
+    """The central gains of a plant at any level, with both measures of each, exact."""
 
     def __init__(self, plant: DelayPlant, degree: int | None) -> None:
         if np.any(plant.d11):

@@ -17,9 +17,6 @@ from replication.estimation.delay.spectrum import require_seen
 from replication.estimation.delay.units import gain_scaled, natural_units, rounded
 from replication.estimation.validation import Array, positive_scalar
 
-# The least γ that Theorem 3 proves with polynomials of a given degree, as a bracket
-
-
 UNITS = SdpaOptions(tolerance=1e-6, gap=1.0, residual=1e-1)
 """For a first estimate of γ, which only sets the units of the second run."""
 
