@@ -20,7 +20,7 @@ import numpy as np
 import numpy.typing as npt
 
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.delay.exact.terms import Complex, PlantTerms, Terms, axis, stacked
+from replication.estimation.delay.exact.terms import Complex, PlantTerms, Terms, stacked
 from replication.estimation.validation import Array
 
 Block = TypeVar("Block", Array, Complex)
@@ -86,7 +86,7 @@ class Response:
 
     def gains(self, omega: Array, delays: Array | None = None) -> Array:
         """The largest singular value at each frequency."""
-        return norms(self.part(np.linalg.inv(self.matrix(axis(omega), delays))))
+        return norms(self.part(np.linalg.inv(self.matrix(1j * omega, delays))))
 
     def beyond(self, omega: float) -> float:
         """A bound of the gain from `omega` on, for all delays of the ranges; infinite if X may be singular there."""
@@ -117,7 +117,7 @@ class Response:
 
     def around(self, cells: Cells) -> Surroundings:
         """X and its changes over each cell."""
-        s = axis(cells.omega)
+        s = 1j * cells.omega
         inverse = np.linalg.inv(self.matrix(s, cells.delays))
         lines = self.aged[0].lines_at(s, cells.delays)
         sweep = self.states - sum(cells.delays[:, i, None, None] * line for i, line in enumerate(lines))

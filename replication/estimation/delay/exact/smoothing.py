@@ -16,7 +16,7 @@ from replication.errors import InfeasibleError, SolverError
 from replication.estimation.api.results import Bracket, Evidence, baselines
 from replication.estimation.delay.exact.central import FilterModel, central, ladder_model
 from replication.estimation.delay.exact.response import error_response, gain_bracket, right_roots
-from replication.estimation.delay.exact.terms import Complex, PlantTerms, Terms, axis
+from replication.estimation.delay.exact.terms import Complex, PlantTerms, Terms
 from replication.estimation.delay.sos import legendre
 from replication.estimation.linear.norms import continuous_norm
 from replication.estimation.validation import Array
@@ -76,7 +76,7 @@ def smoother_maps(plant: PlantTerms, omega: Array) -> tuple[Complex, Array]:
     n, p, q, r = plant.sizes
     if r <= q:
         return np.zeros((len(omega), p, 1), dtype=complex), np.zeros(len(omega), dtype=bool)
-    values = plant.terms.at(axis(omega))
+    values = plant.terms.at(1j * omega)
     pencil = plant.pencil(omega, values)
     # Neither the unit of a state nor that of w hides a motion.
     sizes = np.linalg.norm(pencil, axis=1)
@@ -121,7 +121,7 @@ def error_covariance(plant: PlantTerms, injection: Terms | None = None) -> tuple
         raise InfeasibleError(f"the mean square is infinite: the error has {roots} roots in the right half-plane")
 
     def spectrum(omega: Array) -> Complex:
-        return _squared(response.part(np.linalg.inv(response.matrix(axis(omega)))))
+        return _squared(response.part(np.linalg.inv(response.matrix(1j * omega))))
 
     return integrated(spectrum, reach, response.loop.delays), reach
 

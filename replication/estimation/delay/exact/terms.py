@@ -37,11 +37,6 @@ class Kernel:
         """The values at `lags` (M,), shape (M, a, b)."""
         return np.asarray(np.tensordot(legendre.evaluate(len(self.series), -lags), self.series, axes=1))
 
-    def applied(self, left: Array, right: Array | None = None) -> Kernel:
-        """The kernel left·K(lag)·right."""
-        series = left @ self.series
-        return Kernel(series if right is None else series @ right)
-
     def transform(self, s: Complex) -> Complex:
         """Integral of K(lag) e^{-s lag} over [0, 1] at each s (M,), shape (M, a, b)."""
         factor = 0.5 * np.exp(-0.5 * s + 0.5 * np.abs(s.real))
@@ -50,13 +45,7 @@ class Kernel:
 
     def lagged(self) -> Kernel:
         """The kernel lag·K(lag)."""
-        k = np.arange(len(self.series))[:, None, None]
-        # x p_k = a_k p_k-1 + a_k+1 p_k+1 of x = 1 - 2 lag, where a_k = k / sqrt(4 k^2 - 1).
-        share = 0.5 * self.series
-        series = np.pad(share, ((0, 1), (0, 0), (0, 0)))
-        series[1:] -= (k + 1) / np.sqrt(4.0 * (k + 1) ** 2 - 1.0) * share
-        series[: len(k) - 1] -= (k / np.sqrt(4.0 * k**2 - 1.0 + 2.0 * (k == 0)) * share)[1:]
-        return Kernel(series)
+        return Kernel(projected(lambda lags: lags[:, None, None] * self(lags), len(self.series)))
 
     def size(self) -> Array:
         """Upper bounds (a, b) of the integrals of |K|, by Cauchy's inequality."""
@@ -99,11 +88,6 @@ def projected(function: Callable[[Array], Array], degree: int) -> Array:
     """Coefficients (degree+1, a, b), for a `Kernel`, of a function of the lags that is a polynomial of `degree`."""
     nodes, weights = legendre.gauss(degree + 1)
     return np.asarray(np.einsum("t,tk,tab->kab", weights, legendre.evaluate(degree + 1, nodes), function(-nodes)))
-
-
-def axis(omega: Array) -> Complex:
-    """The points s = j omega."""
-    return np.asarray(1j * omega)
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +133,7 @@ class Terms:
             left @ self.constant @ right,
             self.delays,
             tuple(left @ matrix @ right for matrix in self.delayed),
-            tuple(None if kernel is None else kernel.applied(left, right) for kernel in self.kernels),
+            tuple(None if kernel is None else Kernel(left @ kernel.series @ right) for kernel in self.kernels),
         )
 
     def bound(self) -> Array:

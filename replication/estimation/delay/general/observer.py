@@ -26,7 +26,6 @@ from replication.estimation.delay.exact.terms import (
     Kernel,
     PlantTerms,
     Terms,
-    axis,
     plant_terms,
     projected,
     stacked,
@@ -128,7 +127,7 @@ class InnovationsObserver(RunningObserver):
         turn = np.exp(-1j * omega * self.dt)
         values = np.tensordot(turn[:, None] ** np.arange(len(self._taps)), self._taps, axes=1)
         slope = 2.0 / self.dt * (1.0 - turn) / (1.0 + turn)
-        return self._solved(values, slope), self._solved(self._terms.at(axis(omega)), axis(omega))
+        return self._solved(values, slope), self._solved(self._terms.at(1j * omega), 1j * omega)
 
     def _solved(self, values: Complex, slope: Complex) -> Complex:
         """x^ of y, from the values of (x^', z^, y^) of (x^, eps), and what stands for the derivative."""

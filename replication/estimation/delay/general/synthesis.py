@@ -18,7 +18,7 @@ from replication.estimation.delay.exact.central import FilterModel, central, sca
 from replication.estimation.delay.exact.limit import Limit, limit
 from replication.estimation.delay.exact.response import GainBracket
 from replication.estimation.delay.exact.smoothing import FARTHEST, error_covariance, highest, smoother_bound
-from replication.estimation.delay.exact.terms import Terms, axis, plant_terms
+from replication.estimation.delay.exact.terms import Terms, plant_terms
 from replication.estimation.delay.general import cone
 from replication.estimation.delay.general.cone import LineForm, Rates, Storage, line_form, moment_plant
 from replication.estimation.delay.general.observer import DelayObserver, exact_gain
@@ -61,7 +61,7 @@ def _direct_noise(plant: DelayPlant) -> float:
     direct = Terms(plant.d21, plant.delays, plant.d21_delayed, (None,) * plant.delay_count)
 
     def values(omega: Array) -> Array:
-        return np.asarray(-np.linalg.svd(direct.at(axis(omega)) / sizes[:, None], compute_uv=False)[:, -1])
+        return np.asarray(-np.linalg.svd(direct.at(1j * omega) / sizes[:, None], compute_uv=False)[:, -1])
 
     return -highest(values, np.linspace(0.0, 40.0 * np.pi / plant.delays[0], 4000))[0]
 
@@ -72,7 +72,7 @@ def _weakest(plant: DelayPlant) -> tuple[float, float]:
     grid = np.concatenate([[0.0], rate * np.logspace(-DECADES, DECADES / 2, POINTS), rate * np.linspace(0, 50, POINTS)])
 
     def values(omega: Array) -> Array:
-        return np.asarray(-np.linalg.svd(terms.pencil(omega, terms.terms.at(axis(omega))), compute_uv=False)[:, -1])
+        return np.asarray(-np.linalg.svd(terms.pencil(omega, terms.terms.at(1j * omega)), compute_uv=False)[:, -1])
 
     least, where = highest(values, np.unique(grid))
     return where, -least
