@@ -235,11 +235,12 @@ def delay_system(
         Non-positive, equal or unordered delays, wrong shapes, no disturbance or output, entries that are not finite, or
         dependent rows of C_2 (then a measurement is redundant or zero).
     """
+    delays = checked_delays(delays)
     late = {"a": listed("a", a)} | ({} if c1 is None else {"c1": listed("c1", c1)})
     for name, matrices in late.items():
         if not matrices:
             raise InvalidInputError(f"{name} must hold one matrix per delay, got none; for none use zeros")
-    plant = DelayPlant(a0, tuple(listed("delays", delays)), b, c10, c2, **late)  # type: ignore[arg-type]
+    plant = DelayPlant(a0, delays, b, c10, c2, **late)  # type: ignore[arg-type]
     require_independent(plant.c2)
     return plant
 

@@ -133,6 +133,6 @@ def reach(system: DelayPlant) -> float:
     return float(np.abs(np.linalg.eigvals(plant_terms(system).terms.bound()[:n, :n])).max())
 
 
-def rounded(value: float) -> float:
-    """The nearest power of STEP."""
-    return float(STEP ** np.round(np.log(value) / np.log(STEP)))
+def rounded(value: float, step: float = STEP) -> float:
+    """The nearest power of `step`."""
+    return float(step ** np.round(np.log(value) / np.log(step)))

@@ -13,7 +13,7 @@ from replication.errors import InfeasibleError
 from replication.estimation.delay.exact.terms import Kernel, PlantTerms, Terms, plant_terms
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos.legendre import derivative, ends, evaluate, gauss
-from replication.estimation.delay.units import Scaling, natural_units
+from replication.estimation.delay.units import Scaling, natural_units, rounded
 from replication.estimation.linear.periodic import Stage
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.validation import Array
@@ -267,13 +267,9 @@ def scaling_of(plant: DelayPlant) -> Scaling:
     """
     units = natural_units(plant)
     noise = np.linalg.norm(np.hstack([plant.d21, *plant.d21_delayed]), axis=1)
-    sensors = np.array([1.0 / _power(size) if size > 0.0 else 1.0 for size in noise])
-    natural = replace(units, sensors=sensors, time=min(units.time, _power(plant.delays[-1])))
+    sensors = np.array([1.0 / rounded(size, 2.0) if size > 0.0 else 1.0 for size in noise])
+    natural = replace(units, sensors=sensors, time=min(units.time, rounded(plant.delays[-1], 2.0)))
     model = ladder_model(plant_terms(natural.plant(plant)), MOMENTS)
     if np.linalg.matrix_rank(model.dy) < len(model.dy):
         return natural
     return replace(natural, states=natural.states * normal_states(whitened(model))[1][: plant.states])
-
-
-def _power(value: float) -> float:
-    return float(2.0 ** np.round(np.log2(value)))
