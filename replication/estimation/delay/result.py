@@ -56,7 +56,7 @@ class DelayResult(GainResult, Traded):
     method: str = "delay"
     mean: ClassVar[str] = OF
     quantity: str = "L2 gain from the disturbance w to the estimation error of z"
-    gains_of: Any
+    gains_of: DelayGains
     order: int
     proof: Certificate | GeneralLevel | None = None
     covariance: Array | None = None
@@ -64,8 +64,7 @@ class DelayResult(GainResult, Traded):
     @property
     def plant(self) -> DelayPlant:
         """The plant for which the level holds."""
-        plant: DelayPlant = self.gains_of.plant
-        return plant
+        return self.gains_of.plant
 
     def observer(self, dt: float) -> Any:
         """The observer on measurements sampled every `dt` (s); `step(u, y)` gives the estimate at the same instant."""

@@ -105,11 +105,6 @@ class Response:
         return np.vstack([self.loop.bound()[:n] / omega, signals[n:]])
 
     @cached_property
-    def states(self) -> Array:
-        """diag(I, 0)."""
-        return np.diag((np.arange(len(self.loop.constant)) < self.sizes[0]).astype(float))
-
-    @cached_property
     def aged(self) -> tuple[Terms, Terms]:
         """The loop with each line weighted with its lag, once and twice: its derivatives by the phase."""
         once = self.loop.aged()
@@ -120,7 +115,8 @@ class Response:
         s = 1j * cells.omega
         inverse = np.linalg.inv(self.matrix(s, cells.delays))
         lines = self.aged[0].lines_at(s, cells.delays)
-        sweep = self.states - sum(cells.delays[:, i, None, None] * line for i, line in enumerate(lines))
+        states = np.diag((np.arange(len(self.loop.constant)) < self.sizes[0]).astype(float))
+        sweep = states - sum(cells.delays[:, i, None, None] * line for i, line in enumerate(lines))
         rates = [1j * cells.half[:, None, None] * sweep]
         rates += [-(s * cells.spread[:, i])[:, None, None] * line for i, line in enumerate(lines)]
         high, longest = cells.omega + cells.half, cells.delays + cells.spread

@@ -80,8 +80,7 @@ def multiplier_inverse(operator: Operator, points: Array) -> Array:
         raise InvalidInputError(
             f"S is not positive definite (least eigenvalue {least:.2e}): the operator has no inverse"
         )
-    result: Array = np.linalg.inv(values)
-    return result
+    return np.linalg.inv(values)
 
 
 @dataclass(frozen=True)

@@ -178,8 +178,7 @@ def absorbed(system: DelayPlant, count: int) -> npt.NDArray[np.bool_]:
     ends = (state[first] & (end & measured)[second]) | ((end & measured)[first] & state[second])
     _, left, right = space.multiplier_functions()
     multiplier = (left // n == right // n) & (np.tile(hidden, k)[left] | np.tile(hidden, k)[right])
-    mask: npt.NDArray[np.bool_] = np.concatenate([inside | ends, multiplier])
-    return mask
+    return np.concatenate([inside | ends, multiplier])
 
 
 # The program
@@ -338,5 +337,4 @@ def _named(space: FormSpace, points: Mask, functions: Mask) -> Mask:
     functionals = np.concatenate([points, np.tile(functions, space.count)])
     first, second = triangle(space.functionals)
     _, left, right = space.multiplier_functions()
-    named: Mask = np.concatenate([functionals[first] & functionals[second], functions[left] & functions[right]])
-    return named
+    return np.concatenate([functionals[first] & functionals[second], functions[left] & functions[right]])
