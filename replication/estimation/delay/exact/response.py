@@ -127,7 +127,7 @@ class Response:
         for i in range(len(lines)):
             bend += ((turns + moves)[:, i] ** 2)[:, None, None] * second[i]
             bend += (2.0 * cells.half * cells.spread[:, i])[:, None, None] * first[i]
-        steps = [inverse @ rate for rate in rates]
+        steps: list[Complex] = [inverse @ rate for rate in rates]
         basis = self._basis(steps[0])
         back = np.linalg.inv(basis)
         left, right = np.abs(back @ inverse), np.abs(basis)
