@@ -136,6 +136,21 @@ class Terms:
             tuple(None if kernel is None else Kernel(left @ kernel.series @ right) for kernel in self.kernels),
         )
 
+    def weights(self, dt: float) -> Array:
+        """Weights (J, a, b) of the samples at lags 0, dt, 2 dt, .. of a signal that is linear between them."""
+        count = 2 + int(np.ceil(max(self.delays, default=0.0) / dt))
+        taps = np.zeros((count, *self.constant.shape))
+        taps[0] = self.constant
+        for delay, matrix, kernel in self.spread:
+            before = int(delay / dt)
+            share = delay / dt - before
+            taps[before] += (1.0 - share) * matrix
+            taps[before + 1] += share * matrix
+            if kernel is not None:
+                weights = kernel.weights(dt / delay)
+                taps[: len(weights)] += weights
+        return taps
+
     def bound(self) -> Array:
         """Upper bounds (a, b) of the entries of |M(s)| wherever Re s >= 0."""
         sizes = (np.abs(matrix) + (0.0 if kernel is None else kernel.size()) for _, matrix, kernel in self.spread)

@@ -94,7 +94,7 @@ class InnovationsObserver(RunningObserver):
         rows, (x, eps, known) = np.eye(n + p + q), np.split(np.eye(n + q + m), [n, n + q])
         blocks = [(plant.terms, rows, np.pad(x, ((0, r), (0, 0)))), (injection, rows, eps), (plant.known, rows, known)]
         self._terms = stacked(blocks, np.zeros((n + p + q, n + q + m)))
-        self._taps = _taps(self._terms, self.dt)  # H_0 ... H_{J-1}
+        self._taps = self._terms.weights(self.dt)  # H_0 ... H_{J-1}
         if self._outside() != 0:
             raise InvalidInputError(f"dt = {self.dt:g} s is too long: the recursion is not stable; sample faster")
         self._past = np.zeros((len(self._taps) - 1, n + q + m))
@@ -233,22 +233,6 @@ class InnovationsObserver(RunningObserver):
         self._past = np.vstack([np.concatenate([unknowns, u])[None], self._past[:-1]])
 
 
-def _taps(terms: Terms, dt: float) -> Array:
-    """Weights of the samples at lags 0, dt, 2 dt, ..."""
-    count = 2 + int(np.ceil(max(terms.delays, default=0.0) / dt))
-    taps = np.zeros((count, *terms.constant.shape))
-    taps[0] = terms.constant
-    for delay, matrix, kernel in terms.spread:
-        before = int(delay / dt)
-        share = delay / dt - before
-        taps[before] += (1.0 - share) * matrix
-        taps[before + 1] += share * matrix
-        if kernel is not None:
-            weights = kernel.weights(dt / delay)
-            taps[: len(weights)] += weights
-    return taps
-
-
 # The observer of a delay plant: gains on the present innovation, as data.
 #
 # With the plant as lines (`LineForm`), x^ and psi^_i follow
@@ -347,22 +331,20 @@ class DelayObserver(DelayGains):
     def error_model(self, order: int) -> Stage:
         """Each line by `order` moments (Legendre-tau method), no fewer than the averages need."""
         plant = moment_plant(self.form, positive_integer("order", order))
-        moments = [np.zeros((order, *kernel.shape[1:])) for kernel in self.kernels]
-        for held, kernel in zip(moments, self.kernels, strict=True):
-            held[: len(kernel)] = kernel[:order]
-        injection = np.vstack([self.l0, *(held.reshape(-1, held.shape[2]) for held in moments)])
-        return plant.error(injection, self.lz)
+        kept = (kernel[:order] for kernel in self.kernels)
+        moments = (np.pad(part, ((0, order - len(part)), (0, 0), (0, 0))) for part in kept)
+        return plant.error(np.vstack([self.l0, *(part.reshape(-1, part.shape[2]) for part in moments)]), self.lz)
 
     def gain_at(self, omega: Array, order: int = 0) -> Array:
         """With true exponentials."""
         return self.error.gains(omega)
 
     def running(self, dt: float, order: int = 0) -> InnovationsObserver:
-        """With the recursion `sampled`."""
+        """By the trapezoidal rule, of second order in `dt`."""
         return InnovationsObserver(plant_terms(self.plant), self.terms, dt=dt)
 
     def trajectory(self, times: object, disturbance: object, order: int = 0) -> Trajectory:
-        """By the recursion that runs: of second order in the step."""
+        """By the observer that runs: of second order in the step."""
         instants, w, dt = equidistant(times, disturbance, self.plant.inputs)
         plant = plant_terms(self.plant)
         n, _, q, _ = plant.sizes
