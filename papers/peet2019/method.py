@@ -8,8 +8,8 @@ from replication.errors import InvalidInputError, SolverError
 from replication.estimation.conic.program import solve_modelled
 from replication.estimation.delay.exact.central import FilterModel
 from replication.estimation.delay.exact.limit import filter_level
-from replication.estimation.delay.exact.loop import error_response, plant_terms
-from replication.estimation.delay.exact.response import GainBracket, gain_bracket
+from replication.estimation.delay.exact.response import GainBracket, error_response, gain_bracket
+from replication.estimation.delay.exact.terms import plant_terms
 from replication.estimation.delay.general.cone import line_form, moment_plant
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.spectrum import generator

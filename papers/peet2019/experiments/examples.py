@@ -9,7 +9,7 @@ from papers.peet2019.method import chebyshev_model, lmi_gain, open_loop_gain, pa
 from replication.estimation.conic.program import Program, Solution, solve_clarabel
 from replication.estimation.conic.sdpa import ENDLESS, SdpaOptions, one_process
 from replication.estimation.delay.plant import DelayPlant, delay_system
-from replication.estimation.delay.sos import lie, synthesis
+from replication.estimation.delay.sos import synthesis
 from replication.estimation.delay.sos.certificate import Certificate, certificate_at, minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.observer import Trajectory, assembled, error_system, simulate, spectral_abscissa
@@ -83,10 +83,10 @@ def as_printed(plant: Json, degree: int) -> Json:
     """
     assembly = synthesis.assemble(delay_system(**plant), degree)
     inner, count = assembly.system, assembly.count
-    target = lie.derivative_space(inner, count)
-    source = lie.state_space(inner, count)
-    derivative = lie.lie_derivative(inner, count).tolil()
-    _, _, late = lie.point_offsets(inner)
+    target = synthesis.derivative_space(inner, count)
+    source = synthesis.state_space(inner, count)
+    derivative = synthesis.lie_derivative(inner, count).tolil()
+    _, _, late = synthesis.point_offsets(inner)
     ends = np.arange(late, target.points)
     first, second = np.meshgrid(ends, ends)
     rows = np.concatenate(

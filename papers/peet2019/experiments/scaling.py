@@ -13,7 +13,7 @@ from replication.estimation.conic.program import Program, Solution
 from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
 from replication.estimation.delay.plant import DelayPlant, delay_system
 from replication.estimation.delay.sos import cone as bessel
-from replication.estimation.delay.sos import lie, synthesis
+from replication.estimation.delay.sos import synthesis
 from replication.estimation.delay.sos.cone import Blocks, DegreeRule, FormSpace, cone_blocks
 from replication.estimation.delay.spectrum import rightmost_roots
 from replication.estimation.delay.units import transformed
@@ -79,7 +79,7 @@ def small_cone_cost(states: int, delays: int, level: float, threads: int = 1) ->
     """
     small = synthesis.assemble(example_4(states, delays, jordan=1.0), 1, DegreeRule.BESSEL)
     record, solution = _solved(synthesis.program(small, 0.0, level), level, replace(SMALL_CONE, threads=threads))
-    spaces = (lie.state_space(small.system, small.count), lie.derivative_space(small.system, small.count))
+    spaces = (synthesis.state_space(small.system, small.count), synthesis.derivative_space(small.system, small.count))
     first = 1 + 2 * small.system.delay_count
     parts = zip((solution.blocks[:first], solution.blocks[first:]), spaces, strict=True)
     target = cone_blocks(1, DegreeRule.TOTAL)

@@ -27,8 +27,8 @@ from replication.certify.rounding import (
 )
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.delay import DelayPlant, delay_system, minimum_gain
-from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.smoothing import smoother_bound, smoother_gains
+from replication.estimation.delay.exact.terms import plant_terms
 from replication.estimation.delay.general.cone import line_form, moment_plant
 from replication.estimation.delay.spectrum import rightmost_roots
 from replication.estimation.delay.units import natural_units

@@ -14,7 +14,7 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.plants import Signals, numbered, parts_of, read_plant
 from replication.estimation.api.results import Evidence
 from replication.estimation.api.shown import Goal, Simulation, aimed, simulated
-from replication.estimation.delay.exact.loop import decided
+from replication.estimation.delay.exact.response import decided
 from replication.estimation.delay.general.design import design_general, left_alone, mean_design
 from replication.estimation.delay.plant import DelayPlant, delay_system, require_independent
 from replication.estimation.delay.result import ORDER, DelayAnalysis, DelayResult, result_of
@@ -120,6 +120,8 @@ def design(
     """
     rule, (goal, level) = one_of(DegreeRule, rule), aimed(goal, level)
     system, signals = _read(plant, delayed=delayed, delays=delays, measured=measured)
+    degree = None if degree is None else at_most("degree", degree, HIGHEST)
+    order, margin = at_most("order", order, FINEST), positive_scalar("margin", margin)
     if goal is not Goal.HINF:
         if system.noiseless:
             raise InvalidInputError(
@@ -128,13 +130,12 @@ def design(
             )
         if rule is not DegreeRule.BESSEL or margin != MARGIN:
             raise InvalidInputError("rule and margin belong to the goal hinf")
-    elif rule is not DegreeRule.BESSEL and not system.noiseless:
-        raise InvalidInputError(f"rule must be bessel for a plant with noise, got {rule}; the others need y = C_2 x")
-    degree = None if degree is None else at_most("degree", degree, HIGHEST)
-    order, margin = at_most("order", order, FINEST), positive_scalar("margin", margin)
-    if goal is not Goal.HINF:
         return mean_design(system, goal=goal, degree=degree, level=level, signals=signals, order=order)
     if not system.noiseless:
+        if rule is not DegreeRule.BESSEL:
+            raise InvalidInputError(
+                f"rule must be bessel for a plant with noise, got {rule}; the others need y = C_2 x"
+            )
         return design_general(system, degree=degree, margin=margin, level=level, signals=signals, order=order)
     require_independent(system.c2)
     degree = degree_for(system, rule) if degree is None else degree

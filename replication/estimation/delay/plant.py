@@ -27,6 +27,7 @@ HIGHEST_POWER = 5
 ONCE = {"a0": "nn", "b": "nr", "c10": "pn", "c2": "qn", "d11": "pr", "d21": "qr", "b_u": "nm"}
 PER_DELAY = {"a": "nn", "c1": "pn", "b_delayed": "nr", "c2_delayed": "qn", "d21_delayed": "qr", "b_u_delayed": "nm"}
 SPREAD = {"a_spread": "nn", "c1_spread": "pn", "c2_spread": "qn"}
+KINDS = ONCE | PER_DELAY | SPREAD
 """Rows and columns of each field: n states, p outputs to estimate, q measurements, r disturbances, m known inputs."""
 
 
@@ -235,13 +236,11 @@ def delay_system(
         dependent rows of C_2 (then a measurement is redundant or zero).
     """
     delays = checked_delays(delays)
-    terms: dict[str, Any] = {
-        name: listed(name, value) for name, value in (("a", a), ("c1", c1)) if value is not None or name == "a"
-    }
-    for name, matrices in terms.items():
+    late = {"a": listed("a", a)} | ({} if c1 is None else {"c1": listed("c1", c1)})
+    for name, matrices in late.items():
         if not matrices:
             raise InvalidInputError(f"{name} must hold one matrix per delay, got none; for none use zeros")
-    plant = DelayPlant(a0=a0, delays=delays, b=b, c10=c10, c2=c2, **terms)
+    plant = DelayPlant(a0, delays, b, c10, c2, **late)  # type: ignore[arg-type]
     require_independent(plant.c2)
     return plant
 
@@ -292,14 +291,12 @@ def _checked(plant: DelayPlant) -> dict[str, Any]:
     delays = checked_delays(values["delays"])
     sizes = {"n": n, "p": p, "q": q, "r": r, "m": m}
     checked: dict[str, Any] = {"delays": delays, "ranges": _ranges(values["ranges"], delays)}
-    for name, kinds in (ONCE | PER_DELAY | SPREAD).items():
-        shape = sizes[kinds[0]], sizes[kinds[1]]
+    for name, kinds in KINDS.items():
+        shape, value = (sizes[kinds[0]], sizes[kinds[1]]), values[name]
         if name in ONCE:
-            checked[name] = _matrix(name, np.zeros(shape) if values[name] is None else values[name], shape)
+            checked[name] = _matrix(name, np.zeros(shape) if value is None else value, shape)
         else:
-            checked[name] = _per_delay(
-                name, values[name], len(delays), shape, _matrix if name in PER_DELAY else _weights
-            )
+            checked[name] = _per_delay(name, value, len(delays), shape, _matrix if name in PER_DELAY else _weights)
     return checked
 
 

@@ -12,10 +12,10 @@ from replication.drawing.panels import Panel
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.api.results import Bracket, Evidence, GainResult
 from replication.estimation.api.shown import Measures, Shown, Traded
-from replication.estimation.delay.exact.loop import error_response, plant_terms
+from replication.estimation.delay.exact.response import error_response
 from replication.estimation.delay.exact.smoothing import worth
-from replication.estimation.delay.general.mean_square import OF, Designs
-from replication.estimation.delay.general.synthesis import GeneralLevel
+from replication.estimation.delay.exact.terms import plant_terms
+from replication.estimation.delay.general.synthesis import OF, Designs, GeneralLevel
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos.certificate import Certificate
 from replication.estimation.delay.sos.observer import DelayGains, HistoryObserver, spectral_abscissa
@@ -56,7 +56,7 @@ class DelayResult(GainResult, Traded):
     method: str = "delay"
     mean: ClassVar[str] = OF
     quantity: str = "L2 gain from the disturbance w to the estimation error of z"
-    gains_of: Any
+    gains_of: DelayGains
     order: int
     proof: Certificate | GeneralLevel | None = None
     covariance: Array | None = None
@@ -64,8 +64,7 @@ class DelayResult(GainResult, Traded):
     @property
     def plant(self) -> DelayPlant:
         """The plant for which the level holds."""
-        plant: DelayPlant = self.gains_of.plant
-        return plant
+        return self.gains_of.plant
 
     def observer(self, dt: float) -> Any:
         """The observer on measurements sampled every `dt` (s); `step(u, y)` gives the estimate at the same instant."""

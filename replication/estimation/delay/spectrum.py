@@ -11,20 +11,17 @@ import numpy as np
 import scipy
 
 from replication.errors import InvalidInputError, SolverError
-from replication.estimation.delay.exact.loop import plant_terms
-from replication.estimation.delay.exact.terms import Complex, PlantTerms
+from replication.estimation.delay.exact.terms import Complex, PlantTerms, plant_terms
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import legendre
-from replication.estimation.delay.units import natural_units
+from replication.estimation.delay.units import natural_units, reach
 from replication.estimation.validation import Array, positive_integer
-
-# Discretisation of a history on [-1, 0]: Chebyshev collocation, or the forward difference with lumped states.
-#
-# Collocation converges geometrically; the forward difference of N lumped states is first order in 1/N.
 
 
 class Scheme(StrEnum):
-    """How histories are discretised: Chebyshev collocation, or the forward difference with lumped states."""
+    """How histories on [-1, 0] are discretised: Chebyshev collocation, which converges geometrically, or the forward
+    difference with lumped states, of first order in their number.
+    """
 
     CHEBYSHEV = "chebyshev"
     LUMPED = "lumped"
@@ -99,10 +96,7 @@ ORDER, FEW = 40, 16
 def characteristic(plant: PlantTerms, s: Complex) -> Complex:
     """M(s) at each s (M,), shape (M, n, n)."""
     n = plant.sizes[0]
-    matrix = s[:, None, None] * np.eye(n) - plant.terms.constant[:n, :n]
-    for line in plant.terms.lines_at(s):
-        matrix = matrix - line[:, :n, :n]
-    return np.asarray(matrix, dtype=complex)
+    return np.asarray(s[:, None, None] * np.eye(n) - plant.terms.at(s)[:, :n, :n])
 
 
 def rightmost_roots(system: DelayPlant, count: int = 5) -> Complex:
@@ -146,9 +140,8 @@ def _refined(plant: PlantTerms, start: complex) -> complex:
 def require_seen(system: DelayPlant, time: float) -> None:
     """Refuse a plant, in units of moderate size, of `time` s, whose y does not see a root with Re s >= 0 (Hautus)."""
     plant, n = plant_terms(system), system.states
-    rate = float(np.abs(np.linalg.eigvals(plant.terms.bound()[:n, :n])).max())
     # e^{sη} is resolved for all |s| up to the bound of the unstable roots, as far as ORDER goes.
-    order = min(ORDER, FEW + int(np.ceil(min(ORDER, rate * system.delays[-1]))))
+    order = min(ORDER, FEW + int(np.ceil(min(ORDER, reach(system) * system.delays[-1]))))
     starts = np.linalg.eigvals(generator(system, order)[0])
     for start in starts[starts.real >= -1e-3]:
         root = _refined(plant, complex(start))

@@ -8,7 +8,8 @@ import numpy as np
 import scipy
 
 from replication.errors import InvalidInputError
-from replication.estimation.delay.plant import ONCE, PER_DELAY, SPREAD, DelayPlant
+from replication.estimation.delay.exact.terms import plant_terms
+from replication.estimation.delay.plant import KINDS, ONCE, DelayPlant
 from replication.estimation.validation import Array, as_matrix, positive_scalar
 
 Change = Mapping[str, Callable[[Array], Array]]
@@ -17,15 +18,11 @@ Change = Mapping[str, Callable[[Array], Array]]
 def converted(plant: DelayPlant, rows: Change, columns: Change, time: float = 1.0) -> DelayPlant:
     """The plant in other coordinates or units: rows and columns of each kind changed, delays divided by `time`."""
 
-    def changed(name: str, matrix: Array) -> Array:
-        kinds = (ONCE | PER_DELAY | SPREAD)[name]
-        row, column = kinds[0], kinds[1]
-        matrix = rows[row](matrix) if row in rows else matrix
-        return columns[column](matrix) if column in columns else matrix
-
-    fields: dict[str, Any] = {name: changed(name, getattr(plant, name)) for name in ONCE}
-    for name in PER_DELAY | SPREAD:
-        fields[name] = [changed(name, matrix) for matrix in getattr(plant, name)]
+    fields: dict[str, Any] = {}
+    for name, kinds in KINDS.items():
+        left, right = rows.get(kinds[0], np.asarray), columns.get(kinds[1], np.asarray)
+        matrices = getattr(plant, name)
+        fields[name] = right(left(matrices)) if name in ONCE else [right(left(matrix)) for matrix in matrices]
     ranges = [(low / time, high / time) for low, high in plant.ranges]
     return DelayPlant(delays=tuple(delay / time for delay in plant.delays), ranges=tuple(ranges), **fields)
 
@@ -96,8 +93,9 @@ def measured_last(system: DelayPlant) -> tuple[DelayPlant, Array]:
 
 # Units of time and of the states in which the matrices of a plant are of moderate size: what solvers need.
 #
-# Σ|A_i|, then |B| and |C_1| are balanced by a diagonal change of the states, and time is counted in the inverse of the
-# spectral radius of Σ|A_i|, which no diagonal change moves and which bounds every root with Re s >= 0.
+# Σ|A_i|, then Σ|B_i| and Σ|C_1i| are balanced by a diagonal change of the states; time is counted in the inverse of the
+# spectral radius of Σ|A_i|, which no diagonal change moves and which bounds every root with Re s >= 0. Averages over a
+# delay count with bounds of their weights.
 
 
 STEP = 64.0
@@ -114,11 +112,11 @@ def natural_units(system: DelayPlant) -> Scaling:
 
 def _balance(system: DelayPlant) -> Array:
     """Factors of the states: Σ|A_i| decides, B and C_1 where states are apart, and the largest of both are equal."""
-    size = _size(system)
+    bounds, n = plant_terms(system).terms.bound(), system.states
+    size = bounds[:n, :n].copy()
     np.fill_diagonal(size, 0.0)  # no change of units moves it
     scale = scipy.linalg.matrix_balance(size, permute=False, separate=True)[1][0]
-    drive = np.abs(system.b).max(axis=1, initial=0.0) / scale
-    output = np.max([np.abs(c).max(axis=0, initial=0.0) for c in (system.c10, *system.c1)], axis=0) * scale
+    drive, output = bounds[:n, n:].max(axis=1) / scale, bounds[n : n + system.outputs, :n].max(axis=0) * scale
     if not (np.any(drive) and np.any(output)):
         return np.asarray(1.0 / scale)
     row, column = drive / drive.max(), output / output.max()  # beside rates of about one
@@ -131,13 +129,10 @@ def _balance(system: DelayPlant) -> Array:
 
 def reach(system: DelayPlant) -> float:
     """Spectral radius of Σ|A_i|: the absolute value of no root with Re s >= 0 is larger."""
-    return float(np.abs(np.linalg.eigvals(_size(system))).max())
+    n = system.states
+    return float(np.abs(np.linalg.eigvals(plant_terms(system).terms.bound()[:n, :n])).max())
 
 
-def _size(system: DelayPlant) -> Array:
-    return np.asarray(np.sum([np.abs(a) for a in (system.a0, *system.a)], axis=0))
-
-
-def rounded(value: float) -> float:
-    """The nearest power of STEP."""
-    return float(STEP ** np.round(np.log(value) / np.log(STEP)))
+def rounded(value: float, step: float = STEP) -> float:
+    """The nearest power of `step`."""
+    return float(step ** np.round(np.log(value) / np.log(step)))

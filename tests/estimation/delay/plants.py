@@ -146,15 +146,8 @@ def averaged() -> DelayPlant:
 
 def late(rate: float, noise: float, delay: float) -> DelayPlant:
     """x' = rate x + w_1, z = x, y = x(t - delay) + noise w_2."""
-    return DelayPlant(
-        [[rate]],
-        [delay],
-        [[1, 0]],
-        [[1]],
-        [[0]],
-        c2_delayed=[[[1]]],
-        d21=[[0, noise]],  # type: ignore[arg-type]
-    )
+    more = {"c2_delayed": [[[1]]], "d21": [[0, noise]]}
+    return DelayPlant([[rate]], [delay], [[1, 0]], [[1]], [[0]], **more)  # type: ignore[arg-type]
 
 
 def made_up(plant: DelayPlant, size: float, seed: int = 0, degree: int = 4) -> DelayObserver:

@@ -184,7 +184,7 @@ def test_rounding_is_told_in_words(monkeypatch: pytest.MonkeyPatch) -> None:
 
     plant = lag(0.0, c2_delayed=[[[1.0]]])
     observer = design(plant, goal="h2").gains_of  # type: ignore[union-attr]
-    monkeypatch.setattr(limits, "limit_of", singular)
+    monkeypatch.setattr(limits, "climbed", singular)
     with pytest.raises(SolverError, match="rounding decides"):
         limit(plant)
     monkeypatch.setattr("replication.estimation.delay.general.observer.gain_bracket", singular)

@@ -18,8 +18,8 @@ from replication.estimation.delay import DelayPlant, delay_system
 from replication.estimation.delay.exact import limit as filtering
 from replication.estimation.delay.exact.central import FilterModel, hamiltonian, ladder_model, shift
 from replication.estimation.delay.exact.limit import _angle, filter_level, limit
-from replication.estimation.delay.exact.loop import plant_terms
 from replication.estimation.delay.exact.smoothing import kalman_level, smoother_bound, smoother_gains, worth
+from replication.estimation.delay.exact.terms import plant_terms
 from tests.estimation.delay import plants
 from tests.estimation.delay.plants import averaged, delayed_output, late, two_late
 

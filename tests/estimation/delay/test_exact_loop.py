@@ -10,12 +10,16 @@ from scipy.integrate import quad
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay.exact import response as peak
-from replication.estimation.delay.exact.loop import error_response, mismatched_response, plant_terms
-from replication.estimation.delay.exact.response import Cells, Response, right_roots
-from replication.estimation.delay.exact.terms import Kernel, Terms, projected
-from replication.estimation.delay.general import sampled as module
-from replication.estimation.delay.general.observer import DelayObserver, exact_gain, worst_gain
-from replication.estimation.delay.general.sampled import InnovationsObserver, exact_response
+from replication.estimation.delay.exact.response import (
+    Cells,
+    Response,
+    error_response,
+    mismatched_response,
+    right_roots,
+)
+from replication.estimation.delay.exact.terms import Kernel, Terms, plant_terms, projected
+from replication.estimation.delay.general import observer as module
+from replication.estimation.delay.general.observer import DelayObserver, InnovationsObserver, exact_gain, worst_gain
 from replication.estimation.delay.plant import DelayPlant
 from tests.estimation.delay.plants import averaged, delayed_output, made_up, two_late
 
@@ -115,7 +119,7 @@ def test_a_bend_counts_where_the_slope_is_zero(least: float) -> None:
     """X = jw + least - 1 + e^-jw has no slope at w = 0, and all but vanishes beside it."""
     constant = np.array([[least - 1.0, 0.0, -1.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
     loop = Terms(constant, (1.0,), (np.diag([1.0, 0.0, 0.0]),), (None,))
-    one_state = Response(loop, (1, 1, 1), Terms(np.zeros((1, 1))), ((1.0, 1.0),))
+    one_state = Response(loop, (1, 1, 1), 0.0, ((1.0, 1.0),))
     half = np.sqrt(2.0 * least * 0.89)
     _, bound, _ = one_state.bounded(one_state.cells(np.array([-half, half])))
     by_hand = 1.0 / abs(1j * half + least - 1.0 + np.exp(-1j * half))
@@ -208,8 +212,7 @@ def test_signals_over_time_are_those_of_the_frequency(name: str) -> None:
     for k in range(3000):
         found = observer.step(known, [np.cos(w * k * dt)])
     turn = np.exp(1j * w * k * dt)
-    sampled_value = (observer.recursion.response(np.array([w]))[0, :, 0] * turn).real
-    exact = (exact_response(plant_terms(made.plant), made.terms, np.array([w]))[0, :, 0] * turn).real
+    sampled_value, exact = ((value[0, :, 0] * turn).real for value in observer._responses(np.array([w])))
     assert np.allclose(found, sampled_value, rtol=1e-6, atol=1e-9)
     assert 1e-9 < np.abs(found - exact).max() < 1e-3 * np.abs(exact).max()
 

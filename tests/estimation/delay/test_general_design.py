@@ -22,15 +22,16 @@ from replication.estimation.delay import (
     exact_gain,
     limit,
 )
-from replication.estimation.delay.exact.loop import plant_terms
+from replication.estimation.delay.exact.central import scaling_of
 from replication.estimation.delay.exact.response import right_roots
+from replication.estimation.delay.exact.terms import plant_terms
 from replication.estimation.delay.general import design as designs
 from replication.estimation.delay.general.cone import (
     LineForm,
     line_form,
     rates,
 )
-from replication.estimation.delay.general.synthesis import _Program, back_in, degree_of, least_level, scaling_of
+from replication.estimation.delay.general.synthesis import _Program, back_in, degree_of, least_level
 from replication.estimation.delay.sos import legendre
 from replication.estimation.delay.units import Scaling, converted
 from replication.estimation.linear.norms import continuous_norm

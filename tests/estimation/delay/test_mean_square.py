@@ -14,9 +14,8 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.delay import DelayObserver, DelayPlant, DelayResult, design, limit
 from replication.estimation.delay.exact.central import FilterModel, central
 from replication.estimation.delay.exact.limit import filter_level
-from replication.estimation.delay.exact.loop import plant_terms
-from replication.estimation.delay.exact.terms import Terms
-from replication.estimation.delay.general.mean_square import error_covariance, integrated
+from replication.estimation.delay.exact.smoothing import error_covariance, integrated
+from replication.estimation.delay.exact.terms import Terms, plant_terms
 from replication.estimation.validation import Array
 from replication.ownplant.files import read_plant
 from replication.ownplant.methods import METHODS
@@ -116,7 +115,7 @@ def test_between_both_goals() -> None:
         design(plant, goal="mixed", level=0.99 * least)
     lost = np.linalg.LinAlgError("failed to find a finite solution")
     with (
-        patch("replication.estimation.delay.general.mean_square.central", side_effect=lost),
+        patch("replication.estimation.delay.general.synthesis.central", side_effect=lost),
         pytest.raises(SolverError, match=r"12 moments.*finite solution.*raise the level"),
     ):
         design(plant, goal="mixed", level=1.2 * least)
@@ -159,7 +158,7 @@ def test_gains_that_do_not_keep_the_level_are_not_given() -> None:
     plant = late(0.0, 1.0, 1.0)
     kalman = design(plant, goal="h2")
     with (
-        patch("replication.estimation.delay.general.mean_square.Designs.at", return_value=kalman.gains_of),
+        patch("replication.estimation.delay.general.synthesis.Designs.at", return_value=kalman.gains_of),
         pytest.raises(SolverError, match="have the gain"),
     ):
         design(plant, goal="mixed", level=0.9 * kalman.value)

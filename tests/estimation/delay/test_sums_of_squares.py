@@ -17,13 +17,13 @@ from replication.estimation.delay.sos.cone import (
     required_count,
     triangle,
 )
-from replication.estimation.delay.sos.lie import by_rates, direct
 from replication.estimation.delay.sos.operators import (
     QUADRATURE,
     check,
     evaluate,
     observer_gains,
 )
+from replication.estimation.delay.sos.synthesis import by_rates, direct
 from replication.estimation.validation import Array
 from tests.estimation.delay.plants import two_delays
 

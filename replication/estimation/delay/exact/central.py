@@ -10,8 +10,10 @@ import numpy as np
 import scipy
 
 from replication.errors import InfeasibleError
-from replication.estimation.delay.exact.terms import Kernel, PlantTerms, Terms
-from replication.estimation.delay.sos.legendre import ends, evaluate, gauss
+from replication.estimation.delay.exact.terms import Kernel, PlantTerms, Terms, plant_terms
+from replication.estimation.delay.plant import DelayPlant
+from replication.estimation.delay.sos.legendre import derivative, ends, evaluate, gauss
+from replication.estimation.delay.units import Scaling, natural_units, rounded
 from replication.estimation.linear.periodic import Stage
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.validation import Array
@@ -119,12 +121,10 @@ def _pieces(terms: Terms) -> list[_Piece]:
 
 def shift(order: int) -> tuple[Array, Array, Array, float]:
     """(F, g, c, d): tau m' = F m + g v(t) and v(t - tau) = c m + d v(t)."""
-    index, (now, then) = np.arange(order), ends(order)
+    now, then = ends(order)
     direct = (-1.0) ** order
     reading = then - direct * now
-    # <q_k', q_j> = -2 q_k(0) q_j(0) for j < k with k - j odd.
-    slope = -2.0 * np.outer(now, now) * np.tril((index[:, None] - index[None, :]) % 2)
-    return slope - np.outer(then, reading), now - direct * then, reading, direct
+    return -derivative(order).T - np.outer(then, reading), now - direct * then, reading, direct
 
 
 def _moments(kernel: Kernel, order: int, start: float, stop: float) -> Array:
@@ -219,13 +219,10 @@ def _refined(model: FilterModel, P: Array) -> Array:
         drift, drive, *_ = model.error(gains)
         if np.linalg.eigvals(drift).real.max() >= 0.0:
             raise np.linalg.LinAlgError("rounding decides whether the filter of the model is stable")
-        following = scipy.linalg.solve_continuous_lyapunov(drift, -drive @ drive.T)
-        following = symmetric(following)
-        moved = np.abs(following - P).max() <= 1e-14 * np.abs(following).max()
-        P = following
-        if moved:
+        before, P = P, symmetric(scipy.linalg.solve_continuous_lyapunov(drift, -drive @ drive.T))
+        if np.abs(P - before).max() <= 1e-14 * np.abs(P).max():
             break
-    return np.asarray(P)
+    return P
 
 
 def central(model: FilterModel, level: float = np.inf) -> tuple[Array, Array]:
@@ -253,3 +250,26 @@ def central(model: FilterModel, level: float = np.inf) -> tuple[Array, Array]:
     R = unit_model.dy @ unit_model.dy.T
     gains = np.linalg.solve(R, (P @ scaled.cy.T + scaled.b @ unit_model.dy.T).T).T
     return gains / scale[:, None] / sizes, P / np.outer(scale, scale)
+
+
+# Units in which the matrices of a plant with noise are of moderate size.
+
+
+MOMENTS = 3
+"""On each piece of the past, in the model of the Kalman filter."""
+
+
+def scaling_of(plant: DelayPlant) -> Scaling:
+    """Time in natural units, at most the longest delay; errors of the Kalman filter of unit size; w and z as they are.
+
+    So a slow mode is as large as its error, and not as what it becomes in its own time. Where there is no Kalman filter
+    the states are balanced.
+    """
+    units = natural_units(plant)
+    noise = np.linalg.norm(np.hstack([plant.d21, *plant.d21_delayed]), axis=1)
+    sensors = np.array([1.0 / rounded(size, 2.0) if size > 0.0 else 1.0 for size in noise])
+    natural = replace(units, sensors=sensors, time=min(units.time, rounded(plant.delays[-1], 2.0)))
+    model = ladder_model(plant_terms(natural.plant(plant)), MOMENTS)
+    if np.linalg.matrix_rank(model.dy) < len(model.dy):
+        return natural
+    return replace(natural, states=natural.states * normal_states(whitened(model))[1][: plant.states])

@@ -14,13 +14,13 @@ from replication.estimation.delay.exact.central import (
     hamiltonian,
     ladder_model,
     normal_states,
+    scaling_of,
     stable_space,
     whitened,
 )
-from replication.estimation.delay.exact.loop import decided, plant_terms
+from replication.estimation.delay.exact.response import decided
 from replication.estimation.delay.exact.smoothing import smoother_bound, smoother_gains
-from replication.estimation.delay.exact.terms import PlantTerms
-from replication.estimation.delay.general.synthesis import scaling_of
+from replication.estimation.delay.exact.terms import PlantTerms, plant_terms
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.spectrum import require_seen
 from replication.estimation.validation import Array, positive_scalar
@@ -262,16 +262,11 @@ def limit(plant: DelayPlant, tolerance: float = 1e-8) -> Limit:
     scaling = scaling_of(plant)
     scaled = scaling.plant(plant)
     require_seen(scaled, scaling.time)
-    least = limit_of(plant_terms(scaled), tolerance)
-    return replace(least, frequency=least.frequency / scaling.time)
-
-
-def limit_of(plant: PlantTerms, tolerance: float) -> Limit:
-    """As `limit`, of a plant that is written as terms and whose unstable modes y sees."""
-    bound = smoother_bound(plant)
-    rungs, moving = climbed(plant, filter_level, bound.level, tolerance)
+    terms = plant_terms(scaled)
+    bound = smoother_bound(terms)
+    rungs, moving = climbed(terms, filter_level, bound.level, tolerance)
     level = max(rungs[-1][1], bound.level)
-    return Limit(level, moving, moving <= tolerance * level, bound.level, bound.frequency, rungs)
+    return Limit(level, moving, moving <= tolerance * level, bound.level, bound.frequency / scaling.time, rungs)
 
 
 def climbed(

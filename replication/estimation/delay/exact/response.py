@@ -1,4 +1,4 @@
-"""The gain matrix of a delay equation, and bounds of it over cells of frequencies and delays.
+"""The closed loop of a delay plant and an observer as a delay equation; its gain, over ranges of delays too.
 
 X xi = [0; w] with X = diag(s I, I) + L(s), rows of states first, then algebraic ones; L depends on the s tau_i.
 A cell is |w - w_c| <= r, |tau_i - t_i| <= d_i. On it X = X_c (I + E), and in some basis |E| <= D entry by entry, by the
@@ -10,16 +10,17 @@ which shows that X is invertible and bounds the second-order remainder of the ga
 matters.
 """
 
-from dataclasses import dataclass
-from functools import cached_property
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, wraps
 from itertools import product
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.delay.exact.terms import Complex, Terms, axis
+from replication.estimation.delay.exact.terms import Complex, PlantTerms, Terms, stacked
 from replication.estimation.validation import Array
 
 Block = TypeVar("Block", Array, Complex)
@@ -59,7 +60,7 @@ class Response:
 
     loop: Terms  # L(s); rows and columns: states, other signals, z, w
     sizes: tuple[int, int, int]  # Number of states, of z and of w
-    direct: Terms  # What z is of w at frequencies beyond all dynamics; no kernels
+    direct: float  # A bound of what z is of w at frequencies beyond all dynamics
     ranges: tuple[tuple[float, float], ...]  # Shortest and longest delay of each line of `loop`, s
 
     def cells(self, edges: Array, *, nominal: bool = False) -> Cells:
@@ -85,7 +86,7 @@ class Response:
 
     def gains(self, omega: Array, delays: Array | None = None) -> Array:
         """The largest singular value at each frequency."""
-        return norms(self.part(np.linalg.inv(self.matrix(axis(omega), delays))))
+        return norms(self.part(np.linalg.inv(self.matrix(1j * omega, delays))))
 
     def beyond(self, omega: float) -> float:
         """A bound of the gain from `omega` on, for all delays of the ranges; infinite if X may be singular there."""
@@ -94,20 +95,14 @@ class Response:
             return float(np.inf)
         eye = np.eye(len(near))
         rest = self.part(np.linalg.inv(eye - near) - np.linalg.inv(eye - far))
-        parts = (self.direct.constant, *self.direct.delayed)
-        return float(sum(np.linalg.norm(part, 2) for part in parts) + np.linalg.norm(rest, 2))
+        return self.direct + float(np.linalg.norm(rest, 2))
 
     def _small(self, omega: float) -> Array:
         """Bounds of |diag(s I, I)^-1 L(s)| for all |s| >= omega with Re s >= 0."""
         n = self.sizes[0]
         variation = self.loop.variation([least for least, _ in self.ranges])
-        signals = self.loop.without_kernels().bound() + variation / omega
+        signals = sum(np.abs(part) for part in (self.loop.constant, *self.loop.delayed)) + variation / omega
         return np.vstack([self.loop.bound()[:n] / omega, signals[n:]])
-
-    @cached_property
-    def states(self) -> Array:
-        """diag(I, 0)."""
-        return np.diag((np.arange(len(self.loop.constant)) < self.sizes[0]).astype(float))
 
     @cached_property
     def aged(self) -> tuple[Terms, Terms]:
@@ -117,10 +112,11 @@ class Response:
 
     def around(self, cells: Cells) -> Surroundings:
         """X and its changes over each cell."""
-        s = axis(cells.omega)
+        s = 1j * cells.omega
         inverse = np.linalg.inv(self.matrix(s, cells.delays))
         lines = self.aged[0].lines_at(s, cells.delays)
-        sweep = self.states - sum(cells.delays[:, i, None, None] * line for i, line in enumerate(lines))
+        states = np.diag((np.arange(len(self.loop.constant)) < self.sizes[0]).astype(float))
+        sweep = states - sum(cells.delays[:, i, None, None] * line for i, line in enumerate(lines))
         rates = [1j * cells.half[:, None, None] * sweep]
         rates += [-(s * cells.spread[:, i])[:, None, None] * line for i, line in enumerate(lines)]
         high, longest = cells.omega + cells.half, cells.delays + cells.spread
@@ -131,7 +127,7 @@ class Response:
         for i in range(len(lines)):
             bend += ((turns + moves)[:, i] ** 2)[:, None, None] * second[i]
             bend += (2.0 * cells.half * cells.spread[:, i])[:, None, None] * first[i]
-        steps = [inverse @ rate for rate in rates]
+        steps: list[Complex] = [inverse @ rate for rate in rates]
         basis = self._basis(steps[0])
         back = np.linalg.inv(basis)
         left, right = np.abs(back @ inverse), np.abs(basis)
@@ -179,6 +175,60 @@ def norms(matrices: Complex | Array) -> Array:
 def radii(matrices: Array) -> Array:
     """Spectral radii of a stack."""
     return np.asarray(np.abs(np.linalg.eigvals(matrices)).max(axis=-1))
+
+
+# The closed loop of a delay plant and an observer of it. With the innovation eps, the errors follow
+# [e'; z; eps] = M(s) [e; w] - I(s) eps, where M is the plant and I what the innovation adds to the observer. With other
+# delays than it takes for granted the states of both stay.
+
+
+def error_response(plant: PlantTerms, injection: Terms | None = None) -> Response:
+    """From w to the error of z, for an observer of the plant itself, or the estimate zero; signals e, eps, z, w."""
+    n, p, q, r = plant.sizes
+    injection = Terms(np.zeros((len(plant.terms.constant), q))) if injection is None else injection
+    rows, e, eps, z, w = _places(n, q, p, r)
+    # Rows (x', z, y) of the plant go to those of e, z and eps.
+    to = np.hstack([rows[e].T, rows[z].T, rows[eps].T])
+    loop = stacked(
+        [(plant.terms, -to, np.vstack([rows[e], rows[w]])), (injection, to, rows[eps])], np.zeros((n + q + p + r,) * 2)
+    )
+    ranges = tuple((delay, delay) for delay in loop.delays)
+    return Response(loop, (n, p, r), _direct(plant, injection), ranges)
+
+
+def mismatched_response(
+    assumed: PlantTerms, injection: Terms, true: Sequence[float], ranges: Sequence[tuple[float, float]]
+) -> Response:
+    """From w to the error of z where the delays are not those that are `assumed`; signals x, x^, eps, z, w."""
+    n, p, q, r = assumed.sizes
+    rows, x, guess, eps, z, w = _places(n, n, q, p, r)
+    plant_to = np.hstack([rows[x].T, rows[z].T, rows[eps].T])
+    copy_to = np.hstack([rows[guess].T, -rows[z].T, -rows[eps].T])
+    nothing = np.zeros((r, plant_to.shape[0]))
+    loop = stacked(
+        [
+            (replace(assumed.terms, delays=tuple(true)), -plant_to, np.vstack([rows[x], rows[w]])),
+            (assumed.terms, -copy_to, np.vstack([rows[guess], nothing])),
+            (injection, -copy_to, rows[eps]),
+        ],
+        np.zeros((2 * n + q + p + r,) * 2),
+    )
+    fixed = ((delay, delay) for delay in loop.delays[len(true) :])
+    return Response(loop, (2 * n, p, r), _direct(assumed, injection), (*ranges, *fixed))
+
+
+def _places(*sizes: int) -> tuple[Array, ...]:
+    """The identity and, for each signal, its rows."""
+    eye = np.eye(sum(sizes))
+    stops = np.cumsum(sizes)
+    return eye, *(np.arange(stop - size, stop) for size, stop in zip(sizes, stops, strict=True))
+
+
+def _direct(plant: PlantTerms, injection: Terms) -> float:
+    """A bound of D_z w - L_z D_y w at frequencies beyond all dynamics, L_z what the innovation adds to z at once."""
+    _, z, y = plant.rows
+    parts = (part[:, plant.columns[1]] for part in (plant.terms.constant, *plant.terms.delayed))
+    return float(sum(np.linalg.norm(part[z] - injection.constant[z] @ part[y], 2) for part in parts))
 
 
 # The supremum of a gain over all frequencies and over ranges of delays, and stability over them; neither by sampling.
@@ -303,3 +353,23 @@ def _halved(cells: Cells, coordinate: Array) -> Cells:
         np.concatenate([cells.delays - move, cells.delays + move]),
         np.tile(spread, (2, 1)),
     )
+
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+def decided(door: Callable[P, T]) -> Callable[P, T]:
+    """`door`, with SolverError where a matrix in it is singular to rounding: no number comes of that."""
+
+    @wraps(door)
+    def refusing(*args: P.args, **named: P.kwargs) -> T:
+        try:
+            return door(*args, **named)
+        except np.linalg.LinAlgError as error:
+            raise SolverError(
+                f"rounding decides ({error}): a root of the plant lies on the imaginary axis where nothing moves it or "
+                "shows it, or its numbers lie too far apart; disturb and measure that mode, or choose other units"
+            ) from None
+
+    return refusing

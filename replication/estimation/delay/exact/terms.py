@@ -7,12 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import repeat
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import scipy
 
+from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import legendre
 from replication.estimation.validation import Array
 
@@ -35,11 +37,6 @@ class Kernel:
         """The values at `lags` (M,), shape (M, a, b)."""
         return np.asarray(np.tensordot(legendre.evaluate(len(self.series), -lags), self.series, axes=1))
 
-    def applied(self, left: Array, right: Array | None = None) -> Kernel:
-        """The kernel left·K(lag)·right."""
-        series = left @ self.series
-        return Kernel(series if right is None else series @ right)
-
     def transform(self, s: Complex) -> Complex:
         """Integral of K(lag) e^{-s lag} over [0, 1] at each s (M,), shape (M, a, b)."""
         factor = 0.5 * np.exp(-0.5 * s + 0.5 * np.abs(s.real))
@@ -48,13 +45,7 @@ class Kernel:
 
     def lagged(self) -> Kernel:
         """The kernel lag·K(lag)."""
-        k = np.arange(len(self.series))[:, None, None]
-        # x p_k = a_k p_k-1 + a_k+1 p_k+1 of x = 1 - 2 lag, where a_k = k / sqrt(4 k^2 - 1).
-        share = 0.5 * self.series
-        series = np.pad(share, ((0, 1), (0, 0), (0, 0)))
-        series[1:] -= (k + 1) / np.sqrt(4.0 * (k + 1) ** 2 - 1.0) * share
-        series[: len(k) - 1] -= (k / np.sqrt(4.0 * k**2 - 1.0 + 2.0 * (k == 0)) * share)[1:]
-        return Kernel(series)
+        return Kernel(projected(lambda lags: lags[:, None, None] * self(lags), len(self.series)))
 
     def size(self) -> Array:
         """Upper bounds (a, b) of the integrals of |K|, by Cauchy's inequality."""
@@ -97,11 +88,6 @@ def projected(function: Callable[[Array], Array], degree: int) -> Array:
     """Coefficients (degree+1, a, b), for a `Kernel`, of a function of the lags that is a polynomial of `degree`."""
     nodes, weights = legendre.gauss(degree + 1)
     return np.asarray(np.einsum("t,tk,tab->kab", weights, legendre.evaluate(degree + 1, nodes), function(-nodes)))
-
-
-def axis(omega: Array) -> Complex:
-    """The points s = j omega."""
-    return np.asarray(1j * omega)
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,8 +133,23 @@ class Terms:
             left @ self.constant @ right,
             self.delays,
             tuple(left @ matrix @ right for matrix in self.delayed),
-            tuple(None if kernel is None else kernel.applied(left, right) for kernel in self.kernels),
+            tuple(None if kernel is None else Kernel(left @ kernel.series @ right) for kernel in self.kernels),
         )
+
+    def weights(self, dt: float) -> Array:
+        """Weights (J, a, b) of the samples at lags 0, dt, 2 dt, .. of a signal that is linear between them."""
+        count = 2 + int(np.ceil(max(self.delays, default=0.0) / dt))
+        taps = np.zeros((count, *self.constant.shape))
+        taps[0] = self.constant
+        for delay, matrix, kernel in self.spread:
+            before = int(delay / dt)
+            share = delay / dt - before
+            taps[before] += (1.0 - share) * matrix
+            taps[before + 1] += share * matrix
+            if kernel is not None:
+                weights = kernel.weights(dt / delay)
+                taps[: len(weights)] += weights
+        return taps
 
     def bound(self) -> Array:
         """Upper bounds (a, b) of the entries of |M(s)| wherever Re s >= 0."""
@@ -168,15 +169,8 @@ class Terms:
 
     def variation(self, shortest: Sequence[float]) -> Array:
         """V (a, b): the kernels' part of M(s) is at most V/|s| for Re s >= 0, for delays from `shortest` on."""
-        total = np.zeros(self.constant.shape)
-        for least, kernel in zip(shortest, self.kernels, strict=True):
-            if kernel is not None:
-                total = total + kernel.variation() / least
-        return total
-
-    def without_kernels(self) -> Terms:
-        """The constant and the delays alone."""
-        return replace(self, kernels=(None,) * len(self.delays))
+        parts = (kernel.variation() / t for t, kernel in zip(shortest, self.kernels, strict=True) if kernel is not None)
+        return sum(parts, np.zeros(self.constant.shape))
 
 
 def stacked(blocks: Sequence[tuple[Terms, Array, Array]], constant: Array) -> Terms:
@@ -215,3 +209,27 @@ class PlantTerms:
         """Where x and w stand."""
         n, _, _, r = self.sizes
         return slice(0, n), slice(n, n + r)
+
+
+def plant_terms(plant: DelayPlant) -> PlantTerms:
+    """(x', z, y) = M(s) (x, w) + N(s) u of a plant."""
+    n, p, q, r, m = plant.states, plant.outputs, plant.measurements, plant.inputs, plant.known_inputs
+
+    def driven(b_u: Array) -> Array:
+        return np.vstack([b_u, np.zeros((p + q, m))])
+
+    present = np.block([[plant.a0, plant.b], [plant.c10, plant.d11], [plant.c2, plant.d21]])
+    states = zip(plant.a, plant.b_delayed, plant.c1, plant.c2_delayed, plant.d21_delayed, strict=True)
+    late = tuple(np.block([[a, b], [c1, np.zeros((p, r))], [c2, d2]]) for a, b, c1, c2, d2 in states)
+    kernels = tuple(map(_average, zip(plant.a_spread, plant.c1_spread, plant.c2_spread, strict=True), repeat(r)))
+    known = Terms(driven(plant.b_u), plant.delays, tuple(map(driven, plant.b_u_delayed)), (None,) * len(late))
+    return PlantTerms((n, p, q, r), Terms(present, plant.delays, late, kernels), known)
+
+
+def _average(parts: tuple[Array, ...], inputs: int) -> Kernel | None:
+    """The kernel of a mean from what multiplies powers of the lag in x', z and y, each (k, rows, n); None for zero."""
+    count = max(map(len, parts))
+    powers = np.concatenate([np.pad(part, ((0, count - len(part)), (0, 0), (0, inputs))) for part in parts], axis=1)
+    if not np.any(powers):
+        return None
+    return Kernel(projected(lambda lags: np.tensordot(lags[:, None] ** np.arange(count), powers, axes=1), count - 1))

@@ -19,8 +19,7 @@ from replication.errors import InvalidInputError
 from replication.estimation.conic.interior import Block
 from replication.estimation.conic.program import symmetric_basis
 from replication.estimation.delay.exact.central import FilterModel
-from replication.estimation.delay.exact.loop import plant_terms
-from replication.estimation.delay.exact.terms import Kernel
+from replication.estimation.delay.exact.terms import Kernel, plant_terms
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import legendre
 from replication.estimation.validation import Array
@@ -233,12 +232,9 @@ def positivity(rates: Rates) -> tuple[Block, ...]:
     count = sum(len(unit) for unit in units) + 1
     order = len(rates.u)
     blocks = [Block(np.zeros((order, order)), np.zeros((count, order, order)), np.eye(order) / 2.0, np.eye(order))]
-    start = 0
-    for unit in units:
-        others = np.zeros((count, *unit.shape[1:]))
-        others[start : start + len(unit)] = unit
-        blocks.append(Block(np.zeros(unit.shape[1:]), others))
-        start += len(unit)
+    places = np.split(np.eye(count), np.cumsum([len(unit) for unit in units], dtype=int), axis=1)
+    for unit, place in zip(units, places, strict=False):
+        blocks.append(Block(np.zeros(unit.shape[1:]), np.tensordot(place, unit, axes=1)))
     return tuple(blocks)
 
 
@@ -274,9 +270,6 @@ def _line_units(rates: Rates) -> list[Array]:
     """The symmetric unit matrices of each S_i, then of each T_i."""
     widths = [len(line.entry) for line in rates.lines]
     return [symmetric_basis(width) for width in (*widths, *widths)]
-
-
-# From a storage function to the gains of the observer: Z and L_z between the two inequalities, then their inverse
 
 
 NODES = 160

@@ -9,16 +9,21 @@ import numpy as np
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import Bracket, Evidence
 from replication.estimation.api.shown import Goal
-from replication.estimation.delay.exact.central import FilterModel, central
+from replication.estimation.delay.exact.central import FilterModel, central, scaling_of
 from replication.estimation.delay.exact.limit import Limit, climbed, limit
-from replication.estimation.delay.exact.loop import error_response, plant_terms
-from replication.estimation.delay.exact.response import gain_bracket, right_roots
-from replication.estimation.delay.exact.smoothing import alone, beside, smoother_bound, worth
-from replication.estimation.delay.exact.terms import PlantTerms
+from replication.estimation.delay.exact.response import error_response, gain_bracket, right_roots
+from replication.estimation.delay.exact.smoothing import (
+    alone,
+    beside,
+    error_covariance,
+    smoother_bound,
+    smoother_covariance,
+    worth,
+)
+from replication.estimation.delay.exact.terms import PlantTerms, plant_terms
 from replication.estimation.delay.general import synthesis
-from replication.estimation.delay.general.mean_square import OF, Designs, error_covariance, returns, smoother_covariance
 from replication.estimation.delay.general.observer import DelayObserver, exact_gain, worst_gain
-from replication.estimation.delay.general.synthesis import GeneralLevel
+from replication.estimation.delay.general.synthesis import OF, Designs, GeneralLevel, returns
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.result import AGREES, DelayResult, kept, made
 from replication.estimation.delay.spectrum import require_seen, rightmost_roots
@@ -38,7 +43,7 @@ def design_general(
 ) -> DelayResult:
     """An observer `margin` above the least level of its degree, or at `level`; as `design` says."""
     synthesis.require_noise(plant)
-    scaling = synthesis.scaling_of(plant)
+    scaling = scaling_of(plant)
     require_seen(scaling.plant(plant), scaling.time)
     degree = synthesis.degree_of(plant) if degree is None else degree
     if level is None:
@@ -53,7 +58,7 @@ def design_general(
         facts = (Evidence("least level", least.level, how), *known_levels(plant, least.level))
         return _result(proof, observer, facts, shown)
     try:
-        proof, observer = synthesis.observer_at(plant, level, degree, synthesis.scaling_of(plant).at(level))
+        proof, observer = synthesis.observer_at(plant, level, degree, scaling_of(plant).at(level))
     except (InfeasibleError, SolverError) as error:
         _refuse(plant, level, error)
     return _result(proof, observer, known_levels(plant, level), shown)
@@ -193,12 +198,6 @@ def over_ranges(observer: DelayObserver) -> list[Evidence]:
     ]
 
 
-# Kalman and least-entropy gains of a delay plant, as `design` gives them: the exact gain and the exact mean error.
-#
-# The gains come from the filter Riccati equation of the plant with each delay by its first Legendre moments. Both
-# measures are taken of the observer in continuous time, with true exponentials, and set beside the least of any.
-
-
 EXACT_ENDS = "exact closed loop with true exponentials, all frequencies; not certified"
 TOLERANCE, NOTICED = 1e-8, 1e-3
 """Relative change of the least mean error over two models at which the climb ends; excess over it that is told."""
@@ -264,7 +263,7 @@ def _mean_facts(
 
 def _least_rms(plant: DelayPlant, rms: float) -> tuple[float | str, str]:
     """The least rms error, or "open" where models do not agree, or give more than `rms`; and how it is known."""
-    scaling = synthesis.scaling_of(plant)
+    scaling = scaling_of(plant)
 
     def of_model(model: FilterModel, _: float) -> float:
         """The rms error of its Kalman filter."""

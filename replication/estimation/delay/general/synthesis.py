@@ -1,70 +1,32 @@
-"""The least level of a general delay plant by the small program, and an observer that keeps a level."""
+"""Gains of a delay plant with noise: the least level and an observer by the small program, and central gains.
+
+Those are of the filter Riccati equation of the plant with each delay by its moments, at any level up to infinity, the
+Kalman filter. Without noise at all frequencies an observer may differentiate, and the least level is not attained.
+"""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property, partial
 
 import numpy as np
+import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.api.shown import Measures, balanced
 from replication.estimation.conic.interior import Block, Point, solve
-from replication.estimation.delay.exact.central import ladder_model, normal_states, whitened
-from replication.estimation.delay.exact.loop import plant_terms
-from replication.estimation.delay.exact.smoothing import highest, smoother_bound
-from replication.estimation.delay.exact.terms import Terms, axis
+from replication.estimation.delay.exact.central import FilterModel, central, scaling_of
+from replication.estimation.delay.exact.limit import Limit, limit
+from replication.estimation.delay.exact.response import GainBracket
+from replication.estimation.delay.exact.smoothing import FARTHEST, error_covariance, highest, smoother_bound
+from replication.estimation.delay.exact.terms import Terms, plant_terms
 from replication.estimation.delay.general import cone
-from replication.estimation.delay.general.cone import LineForm, Rates, Storage
-from replication.estimation.delay.general.observer import DelayObserver
+from replication.estimation.delay.general.cone import LineForm, Rates, Storage, line_form, moment_plant
+from replication.estimation.delay.general.observer import DelayObserver, exact_gain
 from replication.estimation.delay.plant import DelayPlant
-from replication.estimation.delay.units import Scaling, natural_units
+from replication.estimation.delay.spectrum import require_seen
+from replication.estimation.delay.units import Scaling
+from replication.estimation.linear.norms import continuous_norm
 from replication.estimation.validation import Array, positive_integer, positive_scalar
-
-# Units in which the matrices of a general plant are of moderate size: states, time, and those of w and z.
-#
-# As `natural_units` of a plant without noise, with delayed and spread terms among the A_i, delayed disturbances in B.
-
-
-MOMENTS = 3
-"""On each piece of the past, in the model of the Kalman filter."""
-
-
-def back_in(scaling: Scaling, form: LineForm) -> LineForm:
-    """A line form in these units in those of the plant, with the same signals on the lines."""
-    p, root = form.outputs, scaling.gain**0.5
-    rows = np.concatenate([1.0 / (scaling.time * scaling.states), np.full(p, root), 1.0 / scaling.sensors])[:, None]
-    columns = np.concatenate([scaling.states, np.full(form.inputs, root)])
-    lines = (
-        cone.Line(line.delay * scaling.time, line.carry * columns, rows * line.end, rows * line.moments)
-        for line in form.lines
-    )
-    return replace(form, now=rows * form.now * columns, lines=tuple(lines))
-
-
-def scaling_of(plant: DelayPlant) -> Scaling:
-    """Time in natural units, at most the longest delay; errors of the Kalman filter of unit size; w and z as they are.
-
-    So a slow mode is as large as its error, and not as what it becomes in its own time. Where there is no Kalman filter
-    the states are balanced.
-    """
-    a = tuple(now + np.abs(spread).sum(axis=0) for now, spread in zip(plant.a, plant.a_spread, strict=True))
-    b = np.hstack([plant.b, *plant.b_delayed])
-    c1 = tuple(now + np.abs(spread).sum(axis=0) for now, spread in zip(plant.c1, plant.c1_spread, strict=True))
-    c2 = np.eye(1, plant.states)  # no unit hangs on what is measured
-    units = natural_units(DelayPlant(plant.a0, plant.delays, b, plant.c10, c2, a, c1))
-    noise = np.linalg.norm(np.hstack([plant.d21, *plant.d21_delayed]), axis=1)
-    sensors = np.array([1.0 / _power(size) if size > 0.0 else 1.0 for size in noise])
-    natural = replace(units, sensors=sensors, time=min(units.time, _power(plant.delays[-1])))
-    model = ladder_model(plant_terms(natural.plant(plant)), MOMENTS)
-    if np.linalg.matrix_rank(model.dy) < len(model.dy):
-        return natural
-    return replace(natural, states=natural.states * normal_states(whitened(model))[1][: plant.states])
-
-
-def _power(value: float) -> float:
-    return float(2.0 ** np.round(np.log2(value)))
-
-
-# Noise at all frequencies: without it an observer may differentiate, and the least level is not attained
-
 
 NONE = 1e-6
 """Least singular value, relative to rows of unit length, that counts as none."""
@@ -99,7 +61,7 @@ def _direct_noise(plant: DelayPlant) -> float:
     direct = Terms(plant.d21, plant.delays, plant.d21_delayed, (None,) * plant.delay_count)
 
     def values(omega: Array) -> Array:
-        return np.asarray(-np.linalg.svd(direct.at(axis(omega)) / sizes[:, None], compute_uv=False)[:, -1])
+        return np.asarray(-np.linalg.svd(direct.at(1j * omega) / sizes[:, None], compute_uv=False)[:, -1])
 
     return -highest(values, np.linspace(0.0, 40.0 * np.pi / plant.delays[0], 4000))[0]
 
@@ -110,7 +72,7 @@ def _weakest(plant: DelayPlant) -> tuple[float, float]:
     grid = np.concatenate([[0.0], rate * np.logspace(-DECADES, DECADES / 2, POINTS), rate * np.linspace(0, 50, POINTS)])
 
     def values(omega: Array) -> Array:
-        return np.asarray(-np.linalg.svd(terms.pencil(omega, terms.terms.at(axis(omega))), compute_uv=False)[:, -1])
+        return np.asarray(-np.linalg.svd(terms.pencil(omega, terms.terms.at(1j * omega)), compute_uv=False)[:, -1])
 
     least, where = highest(values, np.unique(grid))
     return where, -least
@@ -218,3 +180,147 @@ def in_units_of(
     rate = scaling.sensors / scaling.time
     l0, lz = l0 / scaling.states[:, None] * rate, lz * scaling.gain**0.5 * scaling.sensors
     return DelayObserver(plant, back_in(scaling, form), l0, lz, tuple(kernel * rate for kernel in kernels))
+
+
+def back_in(scaling: Scaling, form: LineForm) -> LineForm:
+    """A line form in these units in those of the plant, with the same signals on the lines."""
+    p, root = form.outputs, scaling.gain**0.5
+    rows = np.concatenate([1.0 / (scaling.time * scaling.states), np.full(p, root), 1.0 / scaling.sensors])[:, None]
+    columns = np.concatenate([scaling.states, np.full(form.inputs, root)])
+    lines = (
+        cone.Line(line.delay * scaling.time, line.carry * columns, rows * line.end, rows * line.moments)
+        for line in form.lines
+    )
+    return replace(form, now=rows * form.now * columns, lines=tuple(lines))
+
+
+WIDTH, KEPT = 1e-6, 1e-3
+"""Relative width of the exact gain, and excess over the level of the model that is left to it."""
+BALANCE, SMALL, LOST = 1e-3, 40, 0.15
+"""Of the level that loses the same share of both: width of the search, states of the model, most share of the mean."""
+MARGIN = 0.01
+"""Relative distance above the least level at which gains are computed: nearer to it they grow without bound."""
+DEGREE, STATES = 12, 120
+"""Moments of each delay unless a degree is asked for, and states of the model for which there are fewer."""
+OF = "rms error of z"
+
+
+class Designs:
+    """The central gains of a plant at any level, with both measures of each, exact."""
+
+    def __init__(self, plant: DelayPlant, degree: int | None) -> None:
+        if np.any(plant.d11):
+            raise InvalidInputError(
+                "z holds w itself (d11), and white noise has an infinite mean square; leave d11 out, or estimate a "
+                "filtered signal"
+            )
+        require_noise(plant)
+        self.plant, self.scaling = plant, scaling_of(plant)
+        scaled = self.scaling.plant(plant)
+        require_seen(scaled, self.scaling.time)
+        self.form = line_form(scaled)
+        most = (STATES - plant.states) // max(self.form.width, 1)
+        self.degree = max(min(DEGREE, most), self.form.moments, 1) if degree is None else degree
+        self.model = moment_plant(self.form, self.degree)
+
+    def exact(self, level: float) -> tuple[DelayObserver, GainBracket]:
+        """The observer and its exact gain; raises SolverError if it does not keep the level."""
+        observer, few = self.at(level), f"the gains of {self.degree} moments of each delay"
+        why = " (a disturbance that y has shown acts again later, where they jump)" if returns(self.plant) else ""
+        try:
+            gain = exact_gain(observer, WIDTH)
+        except InfeasibleError as error:
+            raise SolverError(f"{few} do not stabilise the error{why}; set `degree`") from error
+        except SolverError as error:
+            raise SolverError(f"{few} are of no use: {error}; raise the level, or set `degree`") from error
+        if gain.upper > level * (1 + KEPT):
+            raise SolverError(
+                f"{few} found for the level {level:.6g} have the gain {gain.upper:.6g}; raise the level, "
+                "or set `degree`"
+            )
+        return observer, gain
+
+    def at(self, level: float) -> DelayObserver:
+        """The observer, in the units of the plant."""
+        try:
+            gains, _ = central(self.model, level)
+        except (InfeasibleError, np.linalg.LinAlgError) as error:
+            what = f"for the level {level:.6g}" if np.isfinite(level) else "of the Kalman filter"
+            raise SolverError(
+                f"the gains {what} are not found with {self.degree} moments of each delay ({error}); "
+                "raise the level, or set `degree`"
+            ) from error
+        n, q = self.form.states, self.form.measurements
+        ends = n + self.degree * np.cumsum([line.width for line in self.form.lines], dtype=int)
+        kernels = [part.reshape(self.degree, -1, q) for part in np.split(gains, [n, *ends])[1:-1]]
+        return in_units_of(self.plant, self.scaling, self.form, gains[:n], np.zeros((self.form.outputs, q)), kernels)
+
+    def measures(self, level: float) -> Measures:
+        """The exact gain and root mean square of the design at a level."""
+        observer, gain = self.exact(level)
+        covariance, _ = error_covariance(plant_terms(self.plant), observer.terms)
+        return gain.upper, float(np.sqrt(np.trace(covariance)))
+
+    @cached_property
+    def limit(self) -> Limit:
+        """The least level of any observer."""
+        if returns(self.plant):
+            raise InvalidInputError(
+                "a disturbance that y has shown acts again later (b_delayed or d21_delayed): the gains between both "
+                "goals jump there, and are not found; take the goal hinf or h2, or let that noise pass a state"
+            )
+        least = limit(self.plant)
+        if least.level <= 0.0:
+            raise InfeasibleError("the least level cannot be told from zero: there is nothing to trade; take goal h2")
+        return least
+
+    def least(self) -> float:
+        """The smallest level of a design."""
+        limit = self.limit
+        return (1 + MARGIN) * (limit.level + limit.moving)
+
+    def above_least(self, level: float) -> float:
+        """The level if some observer keeps it."""
+        limit = self.limit
+        if level <= limit.level - limit.moving:
+            raise InfeasibleError(
+                f"no observer has a gain below {level!r}: the least is {limit.level:.6g}; ask for more"
+            )
+        return level
+
+    def balance(self, alone: float) -> float:
+        """The level whose design loses the same share of both measures, of the mean at most LOST and half the gain."""
+        few = max(min(self.degree, (SMALL - self.form.states) // max(self.form.width, 1)), self.form.moments, 1)
+        measures, least = partial(_model_measures, moment_plant(self.form, few)), self.limit.level
+        rms = measures(np.inf)[1]
+        won = max(alone * self.scaling.time**0.5 / rms - 1.0, 0.0)
+        most = 1.0 + min(LOST, won / 2.0)
+
+        def capped(level: float) -> Measures:
+            """As if no more of the gain were lost than may be lost of the mean."""
+            gain, mean = measures(level)
+            return min(gain, most * least), min(mean, FARTHEST * rms)
+
+        return balanced(self.least(), least, capped, BALANCE)
+
+
+def _model_measures(model: FilterModel, level: float) -> Measures:
+    """Gain and root mean square of the error of a model with its central gains at a level; of no gains, infinite."""
+    try:
+        gains = central(model, level)[0]
+    except (InfeasibleError, np.linalg.LinAlgError):
+        if np.isinf(level):
+            raise
+        return level, np.inf
+    error = model.error(gains)
+    a, b, *_ = error
+    P = scipy.linalg.solve_continuous_lyapunov(a, -b @ b.T)
+    mean = float(np.sqrt(max(np.trace(model.cz @ P @ model.cz.T), 0.0)))
+    return continuous_norm(*error).upper, mean
+
+
+def returns(plant: DelayPlant) -> bool:
+    """Whether a disturbance reaches y and, with a longer delay, x or y once more."""
+    shown = [plant.d21, *plant.d21_delayed]
+    later = [np.vstack(pair) for pair in zip(plant.b_delayed, plant.d21_delayed, strict=True)]
+    return any(np.any(channel @ again.T) for i, channel in enumerate(shown) for again in later[i:])

@@ -10,15 +10,12 @@ from replication.errors import InfeasibleError, SolverError
 from replication.estimation.conic.program import Program, Solution
 from replication.estimation.conic.sdpa import SdpaOptions, one_process, solve_sdpa
 from replication.estimation.delay.plant import DelayPlant
-from replication.estimation.delay.sos import lie
+from replication.estimation.delay.sos import synthesis
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.synthesis import Assembly, assemble, program, reduced
 from replication.estimation.delay.spectrum import require_seen
 from replication.estimation.delay.units import gain_scaled, natural_units, rounded
 from replication.estimation.validation import Array, positive_scalar
-
-# The least γ that Theorem 3 proves with polynomials of a given degree, as a bracket
-
 
 UNITS = SdpaOptions(tolerance=1e-6, gap=1.0, residual=1e-1)
 """For a first estimate of γ, which only sets the units of the second run."""
@@ -222,10 +219,12 @@ def certificate_of(assembly: Assembly, epsilon: float, gamma: float, solution: S
     system, count, drive = assembly.system, assembly.count, assembly.drive
     matrices = np.concatenate([block.ravel() for block in solution.blocks])
     size = assembly.storage.shape[1]
-    storage = assembly.storage @ matrices[:size] + epsilon * lie.energy(lie.state_space(system, count))
-    cross, level = lie.supply(system, count, drive)
+    storage = assembly.storage @ matrices[:size] + epsilon * synthesis.energy(synthesis.state_space(system, count))
+    cross, level = synthesis.supply(system, count, drive)
     total = assembly.derivative @ storage + cross + gamma * level + assembly.dissipation @ matrices[size:]
-    total = total + epsilon * lie.energy(lie.derivative_space(system, count), lie.point_offsets(system)[1])
+    total = total + epsilon * synthesis.energy(
+        synthesis.derivative_space(system, count), synthesis.point_offsets(system)[1]
+    )
     return Certificate(
         system=system,
         change=assembly.change,
@@ -234,6 +233,6 @@ def certificate_of(assembly: Assembly, epsilon: float, gamma: float, solution: S
         gamma=gamma,
         count=count,
         storage=storage,
-        residual=np.where(lie.absorbed(system, count), -total, 0.0),
+        residual=np.where(synthesis.absorbed(system, count), -total, 0.0),
         solution=solution,
     )

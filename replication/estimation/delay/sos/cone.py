@@ -36,8 +36,7 @@ def triangle(size: int) -> tuple[Index, Index]:
 def triangle_index(size: int, first: Index, second: Index) -> Index:
     """Position of the unordered pair {first, second} among the pairs p <= q of `size` items."""
     low, high = np.minimum(first, second), np.maximum(first, second)
-    position: Index = low * size - low * (low - 1) // 2 + high - low
-    return position
+    return np.asarray(low * size - low * (low - 1) // 2 + high - low)
 
 
 @dataclass(frozen=True)

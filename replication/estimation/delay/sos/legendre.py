@@ -26,8 +26,7 @@ def evaluate(count: int, points: Array | float) -> Array:
     """Values of p_0..p_{count-1}: shape (len(points), count)."""
     grid = np.atleast_1d(np.asarray(points, dtype=float))
     norms: Array = np.sqrt(2.0 * np.arange(count) + 1.0)
-    values: Array = classical.legvander(2.0 * grid + 1.0, count - 1) * norms
-    return values
+    return classical.legvander(2.0 * grid + 1.0, count - 1) * norms
 
 
 def ends(count: int) -> tuple[Array, Array]:

@@ -81,9 +81,6 @@ def spectral_abscissa(error: Stage) -> float:
     return float(np.linalg.eigvals(error.A).real.max())
 
 
-# The answer of a discretised error system to a given disturbance, and what the gains of all observers have in common
-
-
 @dataclass(frozen=True)
 class Trajectory:
     """Answer of the error system to a disturbance."""
@@ -155,9 +152,6 @@ def simulate(error: Stage, times: Array, disturbance: Array, states: int) -> Tra
     for m in range(len(instants) - 1):
         state[m + 1] = step @ state[m] + hold @ w[m] + ramp @ (w[m + 1] - w[m])
     return Trajectory(instants, w, state @ error.C.T, state[:, :states])
-
-
-# The same on sampled measurements, and with its gains as data
 
 
 LONGEST = 1_000_000

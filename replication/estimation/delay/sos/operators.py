@@ -11,8 +11,9 @@ import scipy
 
 from replication.errors import InvalidInputError
 from replication.estimation.delay.plant import DelayPlant
-from replication.estimation.delay.sos import legendre, lie
+from replication.estimation.delay.sos import legendre
 from replication.estimation.delay.sos.certificate import Certificate
+from replication.estimation.delay.sos.synthesis import derivative_space, point_offsets, state_space
 from replication.estimation.validation import Array, positive_integer
 
 # Operators of the form (8)-(10) with polynomial parts, as Legendre coefficients.
@@ -79,8 +80,7 @@ def multiplier_inverse(operator: Operator, points: Array) -> Array:
         raise InvalidInputError(
             f"S is not positive definite (least eigenvalue {least:.2e}): the operator has no inverse"
         )
-    result: Array = np.linalg.inv(values)
-    return result
+    return np.linalg.inv(values)
 
 
 @dataclass(frozen=True)
@@ -115,7 +115,7 @@ def observer_gains(certificate: Certificate) -> ObserverGains:
 def storage_operator(certificate: Certificate) -> Operator:
     """𝒫 with V = ⟨e, 𝒫e⟩, as a self-adjoint operator on R^n × L2^n[-1,0]^K."""
     system = certificate.system
-    space = lie.state_space(system, certificate.count)
+    space = state_space(system, certificate.count)
     return self_adjoint(*space.split(certificate.storage), system.states, system.delay_count, system.states)
 
 
@@ -123,8 +123,8 @@ def injection_operator(certificate: Certificate) -> Operator:
     """𝒵 from the coefficients of 2⟨e, 𝒵C_2e⟩: maps (y_0, y_1(-1), .., y_K(-1)) ∈ R^{q(K+1)} and y_i ∈ L2^q."""
     system, count = certificate.system, certificate.count
     n, q, k = system.states, system.measurements, system.delay_count
-    space = lie.derivative_space(system, count)
-    _, e, late = lie.point_offsets(system)
+    space = derivative_space(system, count)
+    _, e, late = point_offsets(system)
     whole, now = self_adjoint(*space.split(certificate.residual), space.points, k, n), slice(e, e + n)
     # Where both sides are measured, each has half of a symmetric coefficient; of end values only one side is.
     share, sensor = np.where(np.arange(n) < n - q, 1.0, 0.5), np.linalg.inv(system.c2[:, n - q :])
