@@ -24,19 +24,17 @@ from replication.estimation.linear.norms import (
     worst_case_response,
 )
 from replication.estimation.multirate.kalman import kalman_design
-from replication.estimation.multirate.losses.automaton import (
+from replication.estimation.multirate.losses.models import (
     Automaton,
+    InARow,
+    LossModel,
     Word,
     along,
     automaton,
     gains_by_edge,
-    mean_square,
-    mean_square_gains,
     patterns,
     require_detectable,
-    require_seen,
 )
-from replication.estimation.multirate.losses.models import InARow, LossModel
 from replication.estimation.multirate.losses.running import (
     DrawnLosses,
     LossObserver,
@@ -45,6 +43,9 @@ from replication.estimation.multirate.losses.running import (
     drawn_walks,
     kalman_errors,
     mean_and_error,
+    mean_square,
+    mean_square_gains,
+    require_seen,
 )
 from replication.estimation.multirate.losses.worst import bracket, found_level, least_gains
 from replication.estimation.multirate.problem import MultirateProblem, disturbances

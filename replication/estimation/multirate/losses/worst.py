@@ -17,7 +17,7 @@ from replication.estimation.conic.program import ALMOST, Inequalities, program_u
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.multirate.kalman import state_scales
-from replication.estimation.multirate.losses.automaton import Automaton, Word, along, patterns
+from replication.estimation.multirate.losses.models import Automaton, Word, along, patterns
 from replication.estimation.multirate.problem import MultirateProblem, closed_loop
 from replication.estimation.validation import Array
 
