@@ -28,16 +28,18 @@ from replication.estimation.dualrate.observers import OBSERVERS, Builder, held
 from replication.estimation.dualrate.problem import (
     DualRateDesign,
     Plant,
+    Steady,
     as_plant,
     dual_rate_design,
     row_of_output,
     signals_of,
+    steady_of,
+    wanted,
 )
 from replication.estimation.dualrate.result import DualRateResult, Weights, checked_weights
 from replication.estimation.dualrate.slow.controller import MEASURE, beside, gain, kalman, of_gains
 from replication.estimation.dualrate.slow.problem import slow_problem
 from replication.estimation.dualrate.slow.result import SlowRateResult, slow_design
-from replication.estimation.dualrate.steady import Steady, steady_of, wanted
 from replication.estimation.validation import StateSpace, finite_vector, one_of, positive_integer
 
 DEFAULT_OBSERVER = "running_prediction"

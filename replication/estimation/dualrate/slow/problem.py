@@ -16,8 +16,7 @@ import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.dualrate.observers import Held, held
-from replication.estimation.dualrate.problem import MAX_RATIO, Plant, folded_mode
-from replication.estimation.dualrate.steady import Steady, steady_of
+from replication.estimation.dualrate.problem import MAX_RATIO, Plant, Steady, folded_mode, steady_of
 from replication.estimation.linear.periodic import balanced_units
 from replication.estimation.multirate.problem import SensingSchedule
 from replication.estimation.nonuniform.stamped.transition import Transition

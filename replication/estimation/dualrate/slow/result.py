@@ -18,6 +18,7 @@ from replication.estimation.api.results import Evidence
 from replication.estimation.api.running import PeriodicObserver, statespace
 from replication.estimation.api.shown import Goal, Measures, Traded, balanced
 from replication.estimation.dualrate.loop import Driven, driven
+from replication.estimation.dualrate.result import steady_error
 from replication.estimation.dualrate.slow.controller import (
     MARGIN,
     Controller,
@@ -34,7 +35,6 @@ from replication.estimation.dualrate.slow.controller import (
     root_mean_square,
 )
 from replication.estimation.dualrate.slow.problem import SlowProblem
-from replication.estimation.dualrate.steady import steady_error
 from replication.estimation.linear.norms import GainBracket
 from replication.estimation.linear.periodic import PeriodicSystem
 from replication.estimation.validation import Array, StateSpace
