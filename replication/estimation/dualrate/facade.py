@@ -37,9 +37,16 @@ from replication.estimation.dualrate.problem import (
     wanted,
 )
 from replication.estimation.dualrate.result import DualRateResult, Weights, checked_weights
-from replication.estimation.dualrate.slow.controller import MEASURE, beside, gain, kalman, of_gains
 from replication.estimation.dualrate.slow.problem import slow_problem
-from replication.estimation.dualrate.slow.result import SlowRateResult, slow_design
+from replication.estimation.dualrate.slow.result import (
+    MEASURE,
+    SlowRateResult,
+    beside,
+    gain,
+    kalman,
+    of_gains,
+    slow_design,
+)
 from replication.estimation.validation import StateSpace, finite_vector, one_of, positive_integer
 
 DEFAULT_OBSERVER = "running_prediction"

@@ -8,7 +8,7 @@ import numpy as np
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.plants import Signals, numbered
-from replication.estimation.dualrate.slow.controller import central, covariances
+from replication.estimation.dualrate.slow.problem import central, covariances
 from replication.estimation.dualrate.slow.result import RunningController, SlowRateResult
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.result import KalmanResult

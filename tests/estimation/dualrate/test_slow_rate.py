@@ -10,16 +10,8 @@ from slow_loops import LEVITATION, RATES, TWO, WEIGHTS, ByHand, largest
 
 from replication.errors import InfeasibleError
 from replication.estimation import dualrate
-from replication.estimation.dualrate.slow.controller import (
-    Controller,
-    Equations,
-    _margin,
-    closed,
-    limit,
-    of_gains,
-    root_mean_square,
-)
-from replication.estimation.dualrate.slow.problem import in_natural_units, slow_problem
+from replication.estimation.dualrate.slow.problem import Controller, Equations, _margin, in_natural_units, slow_problem
+from replication.estimation.dualrate.slow.result import closed, limit, of_gains, root_mean_square
 from replication.estimation.linear.norms import l2_gain
 
 BALL = dualrate.make_plant(*LEVITATION)
