@@ -42,7 +42,6 @@ from replication.estimation.multirate.kalman import (
     RiccatiDesign,
     kalman_centre,
     kalman_design,
-    largest_weighted,
     semidefinite,
     stabilises,
     state_scales,
@@ -247,8 +246,7 @@ def central(centre: KalmanCentre, level: float, trial: Trial | None = None) -> R
     states, slack = _solution(centre, level) if trial is None else trial
     if states is None or slack <= 0:
         raise InfeasibleError(f"no observer has a gain below {level!r}; ask for a larger level (see `optimum`)")
-    scaled = centre.scaled
-    return RiccatiDesign(scaled.gains(scaled.corrected(states, scaled.maps(level))), scaled.unscaled(states), level)
+    return centre.design(states, level)
 
 
 def optimal_design(problem: MultirateProblem, *, margin: float = DESIGN_MARGIN) -> RiccatiDesign:
@@ -348,10 +346,6 @@ class _Search:
             self.tried(level)
         return self.latest[level][1] > 0
 
-    def _designs(self, *levels: float) -> list[float]:
-        """Where gains are computed if one of the levels is the least: tried with it, since that costs little."""
-        return [level * (1 + DESIGN_MARGIN) for level in levels] if self.aside else []
-
     def tried(self, *levels: float) -> None:
         """Try levels, side by side."""
         self.latest = dict(zip(levels, _solutions(self.centre, levels), strict=True))
@@ -390,7 +384,9 @@ class _Search:
                 levels = [level * (1 - spread), level, level * (1 + spread)] if self.aside else [level]
             inside = [near for near in levels if self.low < near < self.high] or [level]
             low, high = self.low, self.high
-            self.tried(*inside, *(self._designs(*inside[-2:-1]) if close else ()))
+            # Where gains are computed if the level is the least: tried with it, since that costs little.
+            designs = [level * (1 + DESIGN_MARGIN) for level in inside[-2:-1]] if close and self.aside else []
+            self.tried(*inside, *designs)
             if (low, high) == (self.low, self.high):  # rounding left the side of each level open
                 self.tried((low + high) / 2)
 
@@ -436,7 +432,7 @@ def _solutions(centre: KalmanCentre, levels: Sequence[float]) -> list[Trial]:
     if not len(cases):
         return trials
     states = states[:, cases]
-    slack = 1 - largest_weighted(scaled, states) / above[cases] ** 2
+    slack = 1 - scaled.largest_weighted(states) / above[cases] ** 2
     sound = semidefinite(states[:1])  # then all phases are, as long as the slack is positive
     checked = np.flatnonzero(sound & (slack > 0))
     if len(checked):

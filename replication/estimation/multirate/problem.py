@@ -324,10 +324,10 @@ class ScaledProblem:
         A, information = (_beside(part, corrected) for part in (self.A, self.information))
         return np.asarray(A - A @ corrected @ information)
 
-    def weighted(self, states: Array) -> Array:
-        """W X_k W' for each phase, (N, n_z, n_z) or (N, cases, n_z, n_z)."""
+    def largest_weighted(self, states: Array) -> Any:
+        """max_k lambda_max(W X_k W'); of states (N, cases, n, n) one for each case."""
         W = _beside(self.W, states)
-        return np.asarray(W @ states @ W.mT)
+        return np.maximum(0.0, np.linalg.eigvalsh(W @ states @ W.mT)[..., -1].max(axis=0))
 
     def whitened_gains(self, corrected: Array) -> Array:
         """Gains on the whitened rows, A_k (I + X_k G_k)^-1 X_k C_k' (N, n, q)."""
@@ -337,10 +337,6 @@ class ScaledProblem:
         """Gains L_k in the coordinates of the plant (N, n, q), zero for sensors that are not measured."""
         gains = following(self.T) @ self.whitened_gains(corrected)
         return np.asarray(np.linalg.solve(self.whitened.roots, gains.mT).mT + self.whitened.injected)
-
-    def unscaled(self, states: Array) -> Array:
-        """T_k X_k T_k' for each phase, shape (N, n, n)."""
-        return np.asarray(self.T @ states @ self.T.mT)
 
 
 def _beside(part: Array, states: Array) -> Array:

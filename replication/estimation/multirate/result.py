@@ -23,7 +23,7 @@ from replication.estimation.multirate.kalman import (
     kalman_design,
     smoothing_limit,
 )
-from replication.estimation.multirate.optimum import DESIGN_MARGIN, Optimum, central, optimum, riccati_design
+from replication.estimation.multirate.optimum import DESIGN_MARGIN, Optimum, central, optimum
 from replication.estimation.multirate.problem import MultirateProblem, disturbances, observer_system
 from replication.estimation.multirate.running import KalmanFilter, StartingFilter
 from replication.estimation.validation import Array, StateSpace, at_most, positive_integer
@@ -32,12 +32,6 @@ from replication.estimation.validation import Array, StateSpace, at_most, positi
 def rms_error(problem: MultirateProblem, gains: Array) -> float:
     """Root of the mean square of W e over a period, for white noise of unit intensity; gains (N, n, q)."""
     return float(np.sqrt(white_noise_variance(problem.error_system(gains))))
-
-
-def balanced_design(problem: MultirateProblem, best: Optimum) -> RiccatiDesign:
-    """The central gains whose level and whose mean error exceed the least ones by the same share."""
-    design, measures = _designs(problem)
-    return design(balanced(best.upper * (1 + DESIGN_MARGIN), best.value, measures))
 
 
 def _designs(problem: MultirateProblem) -> tuple[Callable[[float], RiccatiDesign], Callable[[float], Measures]]:
@@ -84,13 +78,15 @@ class MultirateResult(Design, Traded):
             raise InfeasibleError(
                 f"no observer has a gain below {level!r}: the least is {best.value:.6g}; ask for more"
             )
+        design, measures = _designs(problem)
+        aim = best.upper * (1 + DESIGN_MARGIN) if level is None else level
         if goal is Goal.HINF:
-            aim = best.upper * (1 + DESIGN_MARGIN) if level is None else level
-            return Solution({"L": riccati_design(problem, aim).gains}, own={"best": best})
-        central = balanced_design(problem, best) if level is None else riccati_design(problem, level)
-        aimed = central.level if np.isfinite(central.level) else "infinite"
-        fact = Evidence("level of the design", aimed, "least entropy")
-        return Solution({"L": central.gains}, (fact, *mean_error_facts(problem, central.gains)), {"best": best})
+            return Solution({"L": design(aim).gains}, own={"best": best})
+        if level is None:
+            aim = balanced(aim, best.value, measures)
+        fact = Evidence("level of the design", aim if np.isfinite(aim) else "infinite", "least entropy")
+        gains = design(aim).gains
+        return Solution({"L": gains}, (fact, *mean_error_facts(problem, gains)), {"best": best})
 
     def error_system(self) -> PeriodicSystem:
         """Eqs. (16), (18)."""
@@ -233,9 +229,7 @@ class KalmanResult(MultirateResult):
         InvalidInputError
             P0 is no covariance, the lag is no whole number from 0 to 1000, or the gate neither of the two.
         """
-        count = (
-            0 if isinstance(lag, int) and not isinstance(lag, bool) and lag == 0 else at_most("lag", lag, LONGEST_LAG)
-        )
+        count = 0 if type(lag) is int and lag == 0 else at_most("lag", lag, LONGEST_LAG)
         start = self.start if P0 is None else P0
         if start is not None:
             return StartingFilter(self.problem, start, count, gate).named(self.signals)

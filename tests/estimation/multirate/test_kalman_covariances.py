@@ -191,5 +191,5 @@ def test_a_mode_that_is_hardly_disturbed_is_not_taken_for_settled(share: float) 
     at_once = kalman.kalman_centre(problem(plant, (2,)))
     with patch.object(kalman, "_in_scales", return_value=None):
         careful = kalman.kalman_centre(problem(plant, (2,)))
-    found, wanted = (back @ way.scaled.unscaled(way.states)[0] @ back.T for way in (at_once, careful))
+    found, wanted = (back @ way.design(way.states, np.inf).X[0] @ back.T for way in (at_once, careful))
     assert found[0, 0] == pytest.approx(wanted[0, 0], rel=1e-6)
