@@ -24,7 +24,6 @@ from replication.estimation.dualrate.observers import (
     Harmonic,
     Held,
     ObserverStep,
-    check_fit,
     forced,
     over_time,
     sampled_model,
@@ -103,7 +102,16 @@ def close_loop(
     if not callable(builder):
         raise InvalidInputError(f"the observer must be one of OBSERVERS, such as OBSERVERS[{builder!r}]")
     true_plant = design.model if plant is None else as_plant(plant)
-    check_fit(design.model, true_plant, harmonic)
+    m, outputs = design.model.B_u.shape[1], len(design.model.C)
+    if true_plant.B_u.shape[1] != m or len(true_plant.C) != outputs:
+        raise InvalidInputError(
+            f"the true plant must have the {m} inputs and {outputs} outputs of the model, got "
+            f"{true_plant.B_u.shape[1]} and {len(true_plant.C)}"
+        )
+    if harmonic is not None and len(harmonic.amplitude) != m:
+        raise InvalidInputError(
+            f"the harmonic needs one amplitude for each of the {m} inputs, got {len(harmonic.amplitude)}"
+        )
     model = sampled_model(design, harmonic, discrete_gain=discrete_gain)
     observer = builder(model)
     if observer.full_state and true_plant.order != design.model.order:
@@ -113,7 +121,6 @@ def close_loop(
         )
     sampled = model.predictor if plant is None else over_time(true_plant, design.period, harmonic)
     sensed = np.eye(true_plant.order) if observer.full_state else true_plant.C
-    m = sampled.input.shape[1]
     law = np.hstack([design.feedback, np.zeros((m, m))])
     pairs = [(step, phase == 0 or not observer.slow_command) for phase, step in enumerate(observer.steps)]
     different = {(id(step), computes): (step, computes) for step, computes in pairs}
@@ -129,21 +136,21 @@ def loop_step(law: Array, o: ObserverStep, plant: Held, sensed: Array, *, comput
     p = sensed.shape[0]
     estimate = np.hstack([o.feedthrough @ sensed, o.readout, np.zeros((len(o.readout), m))])
     last = np.hstack([np.zeros((m, n + size)), np.eye(m)])
-    hold = (last, np.zeros((m, m)), np.zeros((m, p)))
-    computed = (law @ np.vstack([estimate, last]), np.eye(m), law[:, :-m] @ o.feedthrough)
-    command = computed if computes else hold
+    by_state, by_command, by_noise = last, np.zeros((m, m)), np.zeros((m, p))
+    if computes:
+        by_state, by_command, by_noise = law @ np.vstack([estimate, last]), np.eye(m), law[:, :-m] @ o.feedthrough
     drive = np.vstack([plant.input, o.input, np.eye(m)])
     free = np.zeros((n + size + m, n + size + m))
     free[:n, :n] = plant.state
     free[n : n + size, : n + size] = np.hstack([o.injection @ sensed, o.transition])
     read = np.vstack([np.zeros((n, p)), o.injection, np.zeros((m, p))])
     return LoopStep(
-        state=free + drive @ command[0],
-        command=drive @ command[1],
-        noise=read + drive @ command[2],
+        state=free + drive @ by_state,
+        command=drive @ by_command,
+        noise=read + drive @ by_noise,
         forcing=np.concatenate([plant.forcing, o.forcing, np.zeros(m)]),
-        input_state=command[0],
-        input_command=command[1],
+        input_state=by_state,
+        input_command=by_command,
         estimate_state=estimate,
     )
 

@@ -67,7 +67,7 @@ def test_every_level_above_the_least_is_kept_and_none_below_is_granted(margin: f
     result = designed("hinf")
     low, high = (float(result.fact(name).value) for name in ("optimum lies above", "optimum"))
     assert low < high < low * 1.00001
-    kept = l2_gain(closed(result.problem, Equations(result.problem).at(high * (1 + margin))))
+    kept = l2_gain(closed(result.problem, Equations(*in_natural_units(result.problem)).at(high * (1 + margin))))
     assert kept.upper < high * (1 + margin)
     if margin < 1e-3:
         assert kept.lower > low

@@ -259,18 +259,11 @@ class Controller:
 
 @dataclass(frozen=True, eq=False)
 class Equations:
-    """The Riccati equations of one problem, in its natural units; z and the noise are in units of their weights."""
+    """The Riccati equations of a problem `in_natural_units`, t and r; z and the noise are in units of their weights."""
 
-    given: SlowProblem
-
-    @cached_property
-    def _scaled(self) -> tuple[SlowProblem, Array, Array]:
-        return in_natural_units(self.given)
-
-    @property
-    def problem(self) -> SlowProblem:
-        """The given one in natural units."""
-        return self._scaled[0]
+    problem: SlowProblem
+    t: Array
+    r: Array
 
     @cached_property
     def information(self) -> list[tuple[Array, Array]]:
@@ -328,8 +321,8 @@ class Equations:
         for X, A, G, (weighed, _) in zip(sigma, *self.filtering(level)[:2], self.information, strict=True):
             gain = A @ np.linalg.solve(np.eye(n) + X @ G, X)
             observed.append((A - gain @ G, gain @ weighed))
-        t, (A, L) = self._scaled[1], (np.stack(parts) for parts in zip(*observed, strict=True))
-        return A * t[:, None] / t, L * t[:, None]
+        A, L = (np.stack(parts) for parts in zip(*observed, strict=True))
+        return A * self.t[:, None] / self.t, L * self.t[:, None]
 
     def commanding(self, sigma: Array, cost: Array, level: float) -> Array:
         """K (N, m, n + m), in the given units; cost: to go on, at each instant."""
@@ -343,8 +336,7 @@ class Equations:
             law = np.linalg.solve(worst.T, (fixed - moves @ after).T).T
             law[:, n:] += np.eye(m) - S
             laws.append(law)
-        _, t, r = self._scaled
-        return np.asarray(np.stack(laws) * r[:, None] / np.concatenate([t, r]))
+        return np.asarray(np.stack(laws) * self.r[:, None] / np.concatenate([self.t, self.r]))
 
     def covariance(self, level: float) -> Array | None:
         """Of the error at each instant."""
@@ -394,7 +386,7 @@ def _margin(problem: SlowProblem, sigma: Array, cost: Array, level: float) -> fl
 
 def central(problem: SlowProblem, level: float) -> Controller:
     """The controller of least entropy that keeps a level above the least; raises SolverError if rounding spoils it."""
-    controller = Equations(problem).at(level) if not problem.loads else _under_loads(problem)
+    controller = Equations(*in_natural_units(problem)).at(level) if not problem.loads else _under_loads(problem)
     if controller is None:
         raise SolverError(problem.lost())
     return controller
@@ -402,8 +394,8 @@ def central(problem: SlowProblem, level: float) -> Controller:
 
 def _under_loads(problem: SlowProblem) -> Controller | None:
     """The linear-quadratic-Gaussian controller that estimates the loads and takes x and u to where they hold them."""
-    observer, regulator, steady = Equations(problem), Equations(problem.unloaded), problem.steady
-    sigma, cost = observer.covariance(np.inf), regulator.cost(np.inf)
+    observer, regulator = (Equations(*in_natural_units(part)) for part in (problem, problem.unloaded))
+    sigma, cost, steady = observer.covariance(np.inf), regulator.cost(np.inf), problem.steady
     if steady is None or sigma is None or cost is None:
         return None
     size, m = steady.inner.B_u.shape
@@ -415,8 +407,8 @@ def _under_loads(problem: SlowProblem) -> Controller | None:
 
 def covariances(problem: SlowProblem) -> Array:
     """Of the error of the Kalman filter before each reading (N, n, n); raises SolverError if rounding spoils it."""
-    units = (equations := Equations(problem))._scaled[1]
+    equations = Equations(*in_natural_units(problem))
     sigma = equations.covariance(np.inf)
     if sigma is None:
         raise SolverError(problem.lost())
-    return sigma * np.outer(units, units)
+    return sigma * np.outer(equations.t, equations.t)

@@ -21,7 +21,7 @@ from replication.estimation.dualrate.loop import Driven, DualRateLoop, LoopStep,
 from replication.estimation.dualrate.observers import OBSERVERS, ObserverStep
 from replication.estimation.dualrate.problem import DualRateDesign
 from replication.estimation.dualrate.result import DualRateResult, Weights, steady_error
-from replication.estimation.dualrate.slow.problem import Controller, Equations, SlowProblem, central
+from replication.estimation.dualrate.slow.problem import Controller, Equations, SlowProblem, central, in_natural_units
 from replication.estimation.linear.norms import GainBracket, l2_gain, white_noise_variance
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
 from replication.estimation.multirate.optimum import noncausal_bound
@@ -165,7 +165,7 @@ def least_level(problem: SlowProblem, reached: float) -> tuple[float, float]:
         raise InvalidInputError(
             "the least worst-case gain is zero: no noise reaches a weighted state; give state_weight and process_noise"
         )
-    equations = Equations(problem)
+    equations = Equations(*in_natural_units(problem))
     high = next((level for level in _doubled(reached, 2.0) if equations.margin(level) > 0), None)
     low = None if high is None else next((level for level in _doubled(high, 0.5) if equations.margin(level) <= 0), None)
     if high is None or low is None:

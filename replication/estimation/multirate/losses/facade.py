@@ -125,13 +125,26 @@ class LossResult(GainResult):
         return (Panel(time, "time in the schedule (s)", "rms error", curves, levels, steps=True),)
 
 
-def loss_result(base: MultirateResult, model: LossModel, gains: Array | None = None) -> LossResult:
+def _cases(result: MultirateResult, model: LossModel) -> tuple[Automaton, list[Word]]:
+    """All that may happen, and under `InARow` its periodic patterns; InvalidInputError where a mode stays hidden."""
+    MultirateResult.require(result)
+    if not isinstance(model, LossModel):
+        raise InvalidInputError(f"model must be an InARow, Independent or Markov, got {type(model).__name__}")
+    cases = automaton(result.problem, model)
+    if isinstance(model, InARow):
+        return cases, require_detectable(result.problem, cases)
+    require_seen(result.problem, cases)
+    return cases, []
+
+
+def _loss_result(
+    base: MultirateResult, model: LossModel, cases: Automaton, words: list[Word], gains: Array | None = None
+) -> LossResult:
     """What `gains` (cases, n, q), or those of `base`, are worth under losses."""
-    problem, cases = base.problem, automaton(base.problem, model)
-    fixed = gains_by_edge(cases, base.gains["L"])
+    problem, fixed = base.problem, gains_by_edge(cases, base.gains["L"])
     used = fixed if gains is None else gains
     if isinstance(model, InARow):
-        limits, evidence, worst = _worst_case(problem, cases, used, fixed)
+        limits, evidence, worst = _worst_case(problem, cases, words, used, fixed)
         quantity = f"{base.quantity}, {model}, in any pattern"
     else:
         limits, evidence = _mean_error(problem, cases, used, fixed)
@@ -170,10 +183,9 @@ def _unaware(
 
 
 def _worst_case(
-    problem: MultirateProblem, cases: Automaton, gains: Array, fixed: Array
+    problem: MultirateProblem, cases: Automaton, words: list[Word], gains: Array, fixed: Array
 ) -> tuple[Bracket, tuple[Evidence, ...], Word]:
     """The gain in any pattern, what else is known, and the worst pattern found."""
-    words = require_detectable(problem, cases)
     worst = bracket(problem, cases, gains, words)
     shown = patterns(cases.edges, worst.word)
     without = gain_if_finite(problem.without_sensors())
@@ -198,7 +210,6 @@ def _mean_error(
     problem: MultirateProblem, cases: Automaton, gains: Array, fixed: Array
 ) -> tuple[Bracket, tuple[Evidence, ...]]:
     """The rms error, and what else is known."""
-    require_seen(problem, cases)
     mean = mean_square(problem, cases, gains)
     how = "covariances of all cases, by linear equations"
     kalman, without = rms_error(problem, kalman_design(problem).gains), rms_if_finite(problem.without_sensors())
@@ -260,8 +271,7 @@ def analyse(result: MultirateResult, model: LossModel) -> LossResult:
     >>> best.value < analyse(best, InARow(1)).value
     True
     """
-    _require(result, model)
-    return loss_result(result, model)
+    return _loss_result(result, model, *_cases(result, model))
 
 
 def design(result: MultirateResult, model: LossModel) -> LossResult:
@@ -287,13 +297,12 @@ def design(result: MultirateResult, model: LossModel) -> LossResult:
     SolverError
         Nothing was proved.
     """
-    _require(result, model)
-    problem, cases = result.problem, automaton(result.problem, model)
+    cases, words = _cases(result, model)
     if isinstance(model, InARow):
-        require_detectable(problem, cases)
-        return loss_result(result, model, least_gains(problem, cases, result.value))
-    require_seen(problem, cases)
-    return loss_result(result, model, mean_square_gains(problem, cases))
+        gains = least_gains(result.problem, cases, result.value)
+    else:
+        gains = mean_square_gains(result.problem, cases)
+    return _loss_result(result, model, cases, words, gains)
 
 
 def simulate(
@@ -359,9 +368,3 @@ def simulate(
         time=time,
         course=squares.mean(axis=1),
     )
-
-
-def _require(result: MultirateResult, model: LossModel) -> None:
-    MultirateResult.require(result)
-    if not isinstance(model, LossModel):
-        raise InvalidInputError(f"model must be an InARow, Independent or Markov, got {type(model).__name__}")

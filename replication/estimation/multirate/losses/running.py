@@ -75,7 +75,12 @@ def require_seen(problem: MultirateProblem, cases: Automaton) -> None:
 def mean_square(problem: MultirateProblem, cases: Automaton, gains: Array) -> MeanSquare:
     """The stationary mean square error of gains (edges, n, q); raises InfeasibleError if there is none."""
     n, pi = problem.plant.order, visits(cases)
-    _require_size(cases, n)
+    unknowns = max(map(len, cases.nodes)) * n * (n + 1) // 2
+    if unknowns > MOST_UNKNOWNS:
+        raise InvalidInputError(
+            f"the covariances of one instant have {unknowns} entries, more than {MOST_UNKNOWNS}; send the samples "
+            "together, or use a smaller plant"
+        )
     loops = [closed_loop(problem.plant, gain) for gain in gains]
     short, long = _halves(n)
     maps = [edge.probability * short @ np.kron(A, A) @ long for edge, (A, _) in zip(cases.edges, loops, strict=True)]
@@ -144,15 +149,6 @@ def _corrected(problem: MultirateProblem, cases: Automaton, pi: Array, X: Array,
     P = X[sources] / np.where(pi > 0, pi, 1.0)[sources, None, None]
     sensors = sensing(problem, np.array([edge.arrived for edge in edges]))
     return corrected(plant.A, plant.drive @ plant.drive.T, sensors, P)
-
-
-def _require_size(cases: Automaton, n: int) -> None:
-    unknowns = max(map(len, cases.nodes)) * n * (n + 1) // 2
-    if unknowns > MOST_UNKNOWNS:
-        raise InvalidInputError(
-            f"the covariances of one instant have {unknowns} entries, more than {MOST_UNKNOWNS}; send the samples "
-            "together, or use a smaller plant"
-        )
 
 
 def _halves(n: int) -> tuple[Array, Array]:

@@ -71,15 +71,12 @@ class Walks:
         back = self.unit * np.linalg.inv(self.T)[list(self.automaton.phases)]
         return symmetric(back.mT @ P @ back)
 
-    def unscaled(self, edge: int, gain: Array) -> Array:
-        """A gain on y in the units of the plant."""
-        return np.asarray(self._following(edge) @ gain)
-
     def _scaled(self, edge: int, A: Array, B: Array) -> Array:
         now = self.T[self.automaton.edges[edge].phase]
-        return np.asarray(np.linalg.solve(self._following(edge), np.hstack([A @ now, B])))
+        return np.asarray(np.linalg.solve(self.following(edge), np.hstack([A @ now, B])))
 
-    def _following(self, edge: int) -> Array:
+    def following(self, edge: int) -> Array:
+        """The coordinates after an edge."""
         return np.asarray(self.T[(self.automaton.edges[edge].phase + 1) % len(self.T)])
 
 
@@ -163,7 +160,7 @@ def central_gains(walks: Walks, storage: Storage, squared: float) -> Array:
         inverse = np.diag([0.0] * n + [1 / squared] * (M.shape[1] - n))
         inverse[:n, :n] = np.linalg.inv(storage.P[edge.source] - W.T @ W)
         gain = np.asarray(np.linalg.solve(F @ inverse @ F.T, F @ inverse @ M.T)).T
-        gains[i][:, list(edge.arrived)] = walks.unscaled(i, gain)
+        gains[i][:, list(edge.arrived)] = walks.following(i) @ gain
     if not np.all(np.isfinite(gains)):
         raise SolverError("the gains under losses were lost in rounding; change the units of the states or the noise")
     return gains
