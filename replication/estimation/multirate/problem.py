@@ -257,22 +257,6 @@ def disturbances(plant: MultiratePlant, names: Signals) -> tuple[str, ...]:
     return (*d, *(tuple(f"noise of {name}" for name in names.measurements) if diagonal else numbered("w", noises)))
 
 
-def observer_system(problem: MultirateProblem, gains: npt.ArrayLike) -> PeriodicSystem:
-    """The observer, eq. (15): x^+ = A x^ + B_u u + L_k S_k (y - C x^ - D_u u), from (u, y) to z^ = W x^.
-
-    gains (N, n, q).
-    y has all q sensors at every instant; entries of those that do not measure have no effect. Raises InvalidInputError
-    for what is not a problem, or gains of another shape.
-    """
-    require_problem(problem)
-    plant = problem.plant
-    stages = []
-    for used in problem.checked(gains) * problem.schedule.mask[:, None, :]:
-        inputs = np.hstack([plant.B_u - used @ plant.D_u, used])
-        stages.append(Stage(plant.A - used @ plant.C, inputs, plant.W, np.zeros((len(plant.W), inputs.shape[1]))))
-    return PeriodicSystem(tuple(stages))
-
-
 def _of_type(name: str, value: Any, kind: type, how: str) -> None:
     if not isinstance(value, kind):
         raise InvalidInputError(f"{name} must be a {kind.__name__}, got {type(value).__name__}; build it by {how}")

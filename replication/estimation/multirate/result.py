@@ -24,7 +24,7 @@ from replication.estimation.multirate.kalman import (
     smoothing_limit,
 )
 from replication.estimation.multirate.optimum import DESIGN_MARGIN, Optimum, central, optimum
-from replication.estimation.multirate.problem import MultirateProblem, disturbances, observer_system
+from replication.estimation.multirate.problem import MultirateProblem, disturbances
 from replication.estimation.multirate.running import KalmanFilter, StartingFilter
 from replication.estimation.validation import Array, StateSpace, at_most, positive_integer
 
@@ -100,10 +100,7 @@ class MultirateResult(Design, Traded):
         return (
             Evidence("optimum", best.value, f"least gain of any observer; {bound}"),
             Evidence("optimum lies above", best.lower, bound),
-            Evidence("spectral radius over one period", error.spectral_radius(), "eigenvalues of the monodromy matrix"),
-            Evidence(
-                "mean error variance", white_noise_variance(error), "periodic Lyapunov equation, white unit noise"
-            ),
+            *super().facts(error, solution._replace(evidence=())),
             Evidence("schedule", f"periods {problem.schedule.periods}, offsets {problem.schedule.offsets}", "as given"),
             Evidence("base period", plant.dt, "as given", "s"),
             *late,
@@ -123,12 +120,12 @@ class MultirateResult(Design, Traded):
 
         It keeps what late samples need and gives the estimate of the present state.
         """
-        plant, known = self.problem.plant, self.problem.plant.B_u.shape[1]
+        plant, mask = self.problem.plant, self.problem.schedule.mask
         present = plant.order - plant.under_way
-        shown, stages = np.eye(present, plant.order), observer_system(self.problem, self.gains["L"]).stages
+        shown, used = np.eye(present, plant.order), self.gains["L"] * mask[:, None, :]
         phases = [
-            Phase(A, B[:, :known], B[:, known:], shown, due)
-            for (A, B, *_), due in zip(stages, self.problem.schedule.mask, strict=True)
+            Phase(plant.A - L @ plant.C, plant.B_u - L @ plant.D_u, L, shown, due)
+            for L, due in zip(used, mask, strict=True)
         ]
         return Recursion(phases, present, [plant.C] * len(phases), plant.D_u)
 

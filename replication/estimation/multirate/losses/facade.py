@@ -38,11 +38,7 @@ from replication.estimation.multirate.losses.models import (
 from replication.estimation.multirate.losses.running import (
     DrawnLosses,
     LossObserver,
-    drawn_errors,
-    drawn_nodes,
-    drawn_walks,
-    kalman_errors,
-    mean_and_error,
+    drawn_losses,
     mean_square,
     mean_square_gains,
     require_seen,
@@ -228,10 +224,6 @@ def _mean_error(
     return Bracket(mean.rms, mean.rms, how), evidence
 
 
-SHARE = 10
-"""The covariance of the Kalman filter counts after this part of the steps: it has forgotten its start then."""
-
-
 def analyse(result: MultirateResult, model: LossModel) -> LossResult:
     """What a multi-rate observer is worth when samples are lost; a sample that is lost corrects nothing.
 
@@ -350,21 +342,4 @@ def simulate(
         raise InvalidInputError("drawn losses need `rng`, for example numpy.random.default_rng(1)")
     if positive_integer("runs", runs) < 2:
         raise InvalidInputError("runs must be at least 2: one run has no standard error")
-    exact = mean_square(problem, result.automaton, gains)
-    nodes = drawn_nodes(result.automaton, exact.visited, runs, rng)
-    walks = list(drawn_walks(result.automaton, nodes, count, rng))
-    start = exact.X[nodes] / exact.visited[nodes][:, None, None]
-    whole = count - count % problem.schedule.period or count  # each phase counts alike
-    squares = drawn_errors(problem, gains, walks, start, rng)
-    known = kalman_errors(problem, result.automaton, walks, start)
-    mean, error = mean_and_error(squares[:whole])
-    kalman, kalman_error = mean_and_error(known[whole // SHARE :])
-    return DrawnLosses(
-        mean_square=mean,
-        standard_error=error,
-        exact=exact.rms**2,
-        kalman=kalman,
-        kalman_standard_error=kalman_error,
-        time=time,
-        course=squares.mean(axis=1),
-    )
+    return drawn_losses(problem, result.automaton, gains, time, runs, rng)

@@ -300,10 +300,32 @@ class DrawnLosses(Shown):
         return {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in vars(self).items()}
 
 
-def drawn_nodes(cases: Automaton, visited: Array, runs: int, rng: np.random.Generator) -> NDArray[np.intp]:
-    """The node at which each run begins, from the stationary distribution at phase 0."""
-    shares = visited[cases.nodes[0]] / visited[cases.nodes[0]].sum()
-    return np.asarray(rng.choice(cases.nodes[0], size=runs, p=shares), dtype=np.intp)
+SHARE = 10
+"""The covariance of the Kalman filter counts after this part of the steps: it has forgotten its start then."""
+
+
+def drawn_losses(
+    problem: MultirateProblem, cases: Automaton, gains: Array, time: Array, runs: int, rng: np.random.Generator
+) -> DrawnLosses:
+    """Runs from the stationary distribution at phase 0 on, over the instants of `time` (s)."""
+    exact, steps = mean_square(problem, cases, gains), len(time)
+    shares = exact.visited[cases.nodes[0]] / exact.visited[cases.nodes[0]].sum()
+    nodes = np.asarray(rng.choice(cases.nodes[0], size=runs, p=shares), dtype=np.intp)
+    walks = list(drawn_walks(cases, nodes, steps, rng))
+    start = exact.X[nodes] / exact.visited[nodes][:, None, None]
+    whole = steps - steps % problem.schedule.period or steps  # each phase counts alike
+    squares = drawn_errors(problem, gains, walks, start, rng)
+    mean, error = mean_and_error(squares[:whole])
+    kalman, kalman_error = mean_and_error(kalman_errors(problem, cases, walks, start)[whole // SHARE :])
+    return DrawnLosses(
+        mean_square=mean,
+        standard_error=error,
+        exact=exact.rms**2,
+        kalman=kalman,
+        kalman_standard_error=kalman_error,
+        time=time,
+        course=squares.mean(axis=1),
+    )
 
 
 def drawn_walks(
