@@ -122,14 +122,10 @@ def _filter(scaled: ScaledProblem, states: Array) -> list[Stage]:
     drives, outputs = np.concatenate([scaled.B, -gains], axis=-1), np.concatenate([scaled.W, scaled.C], axis=1)
     direct = np.zeros((outputs.shape[1], drives.shape[2]))
     direct[n_z:, m:] = np.eye(gains.shape[2])
-    parts = {}
-    for rows in set(scaled.whitened.rows):
-        indices, columns = (np.array([*range(first), *(first + i for i in rows)], dtype=int) for first in (n_z, m))
-        parts[rows] = indices, columns, direct[np.ix_(indices, columns)]
     stages = []
     for A, B, C, rows in zip(closed, drives, outputs, scaled.whitened.rows, strict=True):
-        indices, columns, D = parts[rows]
-        stages.append(Stage(A, B[:, columns], C[indices], D))
+        indices, columns = ([*range(first), *(first + i for i in rows)] for first in (n_z, m))
+        stages.append(Stage(A, B[:, columns], C[indices], direct[np.ix_(indices, columns)]))
     return stages
 
 
