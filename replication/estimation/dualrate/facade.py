@@ -187,12 +187,11 @@ def _levels(result: DualRateResult, weights: Weights) -> tuple[Evidence, ...]:
         level = gain(problem, of_gains(problem, result.loop)).upper
     except (InfeasibleError, InvalidInputError, SolverError):
         return ()
-    fact = Evidence("level from process and sensor noise", level, MEASURE)
-    lost = None
+    facts = [Evidence("level from process and sensor noise", level, MEASURE)]
     if level > (1 + LITTLE) * best > 0:
         how = f"ratio to the level of the Kalman filter there; {SLOW}"
-        lost = Evidence("loss against the slow rate", level / best, how)
-    return (fact, *((lost,) if lost else ()), *beside(problem, level, best))
+        facts.append(Evidence("loss against the slow rate", level / best, how))
+    return (*facts, *beside(problem, level, best))
 
 
 def analyse(

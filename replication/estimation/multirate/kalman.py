@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from replication.errors import InvalidInputError, SolverError
-from replication.estimation.linear.periodic import PeriodicSystem, Stage, monodromy
+from replication.estimation.linear.periodic import Stage, lifted, monodromy
 from replication.estimation.linear.riccati import (
     RiccatiMap,
     apply,
@@ -159,8 +159,7 @@ def _undisturbed_on_circle(problem: MultirateProblem, units: Array) -> complex |
         # What the measurements tell of the noise is known, and disturbs nothing.
         rest = scaled_problem(problem, np.stack([np.diag(units)] * problem.schedule.period))
         none = np.zeros((0, plant.order)), np.zeros((0, rest.B.shape[-1]))
-        lifted = PeriodicSystem(tuple(Stage(A_k, B_k, *none) for A_k, B_k in zip(rest.A, rest.B, strict=True))).lift()
-        A, B = lifted.A, lifted.B
+        A, B, *_ = lifted([Stage(A_k, B_k, *none) for A_k, B_k in zip(rest.A, rest.B, strict=True)])
     widest = max(STABILITY_MARGIN, 10 * np.finfo(float).eps ** (1 / plant.order))
     if np.min(np.abs(np.abs(np.linalg.eigvals(A)) - 1)) > 2 * widest:
         return None

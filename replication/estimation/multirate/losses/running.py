@@ -181,24 +181,6 @@ USAGE = f"""{INSTANTS} s.unforeseen counts instants with more of them than the g
    made for, after which nothing is guaranteed."""
 
 
-def c_form(name: str, comment: str, problem: MultirateProblem, cases: Automaton, gains: Array) -> str:
-    """The C99 source for gains (edges, n, q); raises InvalidInputError if `name` is no C identifier."""
-    plant, starts = problem.plant, problem.plant.order - problem.plant.under_way
-    tables = {
-        "transition": plant.A, "output": plant.C, "gain": gains, "input": plant.B_u, "direct": plant.D_u,
-        # The edges of each node follow each other, as they were found.
-        "first": [0, *np.cumsum([len(leaving) for leaving in cases.out])],
-        "target": [edge.target for edge in cases.edges],
-        "phase": cases.phases,
-        "memory": cases.memories,
-        "arrived": [edge.arrived for edge in cases.edges],
-        "due": problem.schedule.mask,
-    }  # fmt: skip
-    sizes = {"order": plant.order, "starts": starts, "estimates": starts, "inputs": plant.B_u.shape[1]}
-    sizes |= {"measurements": plant.sensors, "nodes": len(cases.phases), "channels": len(cases.memories[0])}
-    return c_file(name, comment, USAGE, source("losses.c"), sizes, tables)
-
-
 class LossObserver(RunningObserver):
     """x^(k+1) = A x^ + B_u u + L (y - C x^ - D_u u) with the gain L of what came now and of what is known of before.
 
@@ -219,7 +201,20 @@ class LossObserver(RunningObserver):
 
     def to_c(self, name: str = "observer", comment: str = "") -> str:
         """As in `RunningObserver`; `missed` and `unforeseen` are counted there, too."""
-        return c_form(name, comment, self._problem, self._given, self._gains)
+        plant, cases = self._problem.plant, self._given
+        tables = {
+            "transition": plant.A, "output": plant.C, "gain": self._gains, "input": plant.B_u, "direct": plant.D_u,
+            # The edges of each node follow each other, as they were found.
+            "first": [0, *np.cumsum([len(leaving) for leaving in cases.out])],
+            "target": [edge.target for edge in cases.edges],
+            "phase": cases.phases,
+            "memory": cases.memories,
+            "arrived": [edge.arrived for edge in cases.edges],
+            "due": self._problem.schedule.mask,
+        }  # fmt: skip
+        sizes = {"order": plant.order, "starts": self.states, "estimates": self.states, "inputs": self.inputs}
+        sizes |= {"measurements": self.measurements, "nodes": len(cases.phases), "channels": len(cases.memories[0])}
+        return c_file(name, comment, USAGE, source("losses.c"), sizes, tables)
 
     def _begin(self, start: Array) -> None:
         self._state = np.zeros(self._problem.plant.order)

@@ -288,14 +288,11 @@ def found_level(problem: MultirateProblem, cases: Automaton, gains: Array, words
 
 def _told_apart(tree: Automaton, flux: Array) -> Automaton | None:
     """Nodes with the largest flux told apart by their past; None where there is only one past."""
-    through = np.zeros(len(tree.phases))
-    ways = np.zeros(len(tree.phases), dtype=int)
-    for edge, share in zip(tree.edges, flux, strict=True):
-        through[edge.target] += share
-        ways[edge.target] += 1
-    several = np.flatnonzero(ways > 1)
+    targets = [edge.target for edge in tree.edges]
+    several = np.flatnonzero(np.bincount(targets) > 1)
     if not len(several):
         return None
+    through = np.bincount(targets, weights=flux)
     ranked = several[np.argsort(-through[several], kind="stable")]
     return tree.split({int(i) for i in ranked[: max(1, int(SHARE * len(several)))]})
 
