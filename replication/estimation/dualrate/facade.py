@@ -17,13 +17,7 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.design import Solution
 from replication.estimation.api.results import LITTLE, Evidence
 from replication.estimation.api.shown import Goal, Simulation, aimed, simulated
-from replication.estimation.dualrate.loop import (
-    MARGINAL,
-    DualRateLoop,
-    close_loop,
-    require_stable,
-    stability_radius,
-)
+from replication.estimation.dualrate.loop import MARGINAL, DualRateLoop, close_loop, require_stable, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS, Builder, held
 from replication.estimation.dualrate.problem import (
     DualRateDesign,

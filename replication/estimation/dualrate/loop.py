@@ -31,14 +31,7 @@ from replication.estimation.dualrate.observers import (
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant, row_of_output
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, lifted_statespace
 from replication.estimation.linear.riccati import gramians
-from replication.estimation.validation import (
-    Array,
-    ComplexArray,
-    StateSpace,
-    finite_vector,
-    one_of,
-    positive_integer,
-)
+from replication.estimation.validation import Array, ComplexArray, StateSpace, finite_vector, one_of, positive_integer
 
 MARGINAL = 1e-12
 """A monodromy radius this near to one is one, up to rounding."""

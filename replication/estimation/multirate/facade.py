@@ -19,13 +19,7 @@ from replication.estimation.api.plants import ADDED, Signals, is_statespace, num
 from replication.estimation.api.shown import Goal, Simulation, aimed
 from replication.estimation.multirate.kalman import require_noise_near
 from replication.estimation.multirate.latency import ContinuousPlant, delivered, sampled_statespace
-from replication.estimation.multirate.optimum import (
-    DESIGN_MARGIN,
-    MISSED,
-    least_error_offsets,
-    optimum,
-    search_timing,
-)
+from replication.estimation.multirate.optimum import DESIGN_MARGIN, MISSED, least_error_offsets, optimum, search_timing
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.multirate.result import KalmanResult, MultirateResult

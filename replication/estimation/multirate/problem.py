@@ -116,7 +116,6 @@ def distinct_offsets(periods: Sequence[int]) -> Iterator[tuple[int, ...]]:
             f"periods {reference.periods} leave {count} sets of offsets, more than {MAX_OFFSETS}; fix some of the "
             "offsets yourself and compare the optima of the others"
         )
-    representatives: set[tuple[int, ...]] = set()
     for tail in product(*(range(N) for N in reference.periods[1:])):
         offsets = (0, *tail)
         # A shift of the origin by a multiple of N_1 keeps theta_1 = 0; the least of the shifted offsets stands for all.
@@ -124,10 +123,8 @@ def distinct_offsets(periods: Sequence[int]) -> Iterator[tuple[int, ...]]:
             tuple((theta + s) % N for theta, N in zip(offsets, reference.periods, strict=True))
             for s in range(0, reference.period, reference.periods[0])
         )
-        representative = min(shifted)
-        if representative not in representatives:
-            representatives.add(representative)
-            yield representative
+        if offsets == min(shifted):
+            yield offsets
 
 
 class Whitened(NamedTuple):
@@ -170,7 +167,7 @@ class MultirateProblem:
         _of_type("schedule", schedule, SensingSchedule, "SensingSchedule(periods, offsets)")
         if schedule.sensors != plant.sensors:
             raise InvalidInputError(f"the schedule is of {schedule.sensors}, the plant of {plant.sensors} sensors")
-        for rows in sorted(schedule.measured(k) for k in schedule.kinds[0]):
+        for rows in sorted(set(schedule.rows)):
             if rows and not _full_row_rank(plant.D[list(rows)]):
                 raise InvalidInputError(
                     f"D must have full row rank on the sensors measured together, {rows}: give each its own noise"

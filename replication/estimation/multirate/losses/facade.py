@@ -16,13 +16,7 @@ from replication.drawing.panels import Panel
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.api.results import Bracket, Evidence, GainResult, baselines
 from replication.estimation.api.shown import Simulation, as_text, simulated
-from replication.estimation.linear.norms import (
-    gain_curve,
-    gain_if_finite,
-    l2_gain,
-    rms_if_finite,
-    worst_case_response,
-)
+from replication.estimation.linear.norms import gain_curve, gain_if_finite, l2_gain, rms_if_finite, worst_case_response
 from replication.estimation.multirate.kalman import kalman_design
 from replication.estimation.multirate.losses.models import (
     Automaton,

@@ -30,10 +30,11 @@ Option = tuple[bool, int, float]
 """Of one channel: whether its samples come, what it remembers then, and the probability (NaN if none is known)."""
 
 
+@dataclass(frozen=True)
 class LossModel(ABC):
     """The samples of each sensor travel on a channel of its own, or those of one instant `together` in one packet."""
 
-    together: bool
+    together: bool = field(default=False, kw_only=True)
 
     @property
     def _packet(self) -> str:
@@ -94,7 +95,6 @@ class InARow(LossModel):
     """
 
     misses: int | Sequence[int]
-    together: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
         entries = tuple(self.misses) if isinstance(self.misses, (Sequence, np.ndarray)) else (self.misses,)
@@ -128,7 +128,6 @@ class Independent(LossModel):
     """
 
     probability: float | Sequence[float]
-    together: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "probability", _probabilities("probability", self.probability))
@@ -163,7 +162,6 @@ class Markov(LossModel):
 
     after_arrival: float | Sequence[float]
     after_loss: float | Sequence[float]
-    together: bool = field(default=False, kw_only=True)
 
     def __post_init__(self) -> None:
         after = {name: _probabilities(name, getattr(self, name)) for name in ("after_arrival", "after_loss")}
