@@ -14,6 +14,7 @@ start, so all periods are filled in at once. Works for unstable loops.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -115,12 +116,10 @@ def close_loop(
     sampled = model.predictor if plant is None else over_time(true_plant, design.period, harmonic)
     sensed = np.eye(true_plant.order) if observer.full_state else true_plant.C
     law = np.hstack([design.feedback, np.zeros((m, m))])
+    # The phases after the first are alike.
+    closed = cache(partial(loop_step, law, plant=sampled, sensed=sensed))
     pairs = [(step, phase == 0 or not observer.slow_command) for phase, step in enumerate(observer.steps)]
-    different = {(id(step), computes): (step, computes) for step, computes in pairs}
-    steps = {
-        key: loop_step(law, step, sampled, sensed, computes=computes) for key, (step, computes) in different.items()
-    }
-    return DualRateLoop(design, true_plant, harmonic, tuple(steps[id(step), computes] for step, computes in pairs))
+    return DualRateLoop(design, true_plant, harmonic, tuple(closed(step, computes=now) for step, now in pairs))
 
 
 def loop_step(law: Array, o: ObserverStep, plant: Held, sensed: Array, *, computes: bool = True) -> LoopStep:

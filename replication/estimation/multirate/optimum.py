@@ -98,8 +98,8 @@ def _bound_of_filter(centre: KalmanCentre) -> GainBracket:
     """`noncausal_bound` by operators, from the Kalman filter."""
     scaled, reference = centre.scaled, centre.states
     stages, outputs = _filter(scaled, reference), len(scaled.W[0])
-    parts = zip(*((_part(stage, slice(outputs)), _part(stage, slice(outputs, None))) for stage in stages), strict=True)
-    errors, innovations = (PeriodicSystem(part) for part in parts)
+    halves = slice(outputs), slice(outputs, None)
+    errors, innovations = (PeriodicSystem(tuple(_part(stage, half) for stage in stages)) for half in halves)
     return _peak(scaled, reference, one_by_one(_by_operators(errors, _whitened(innovations, reference))), stages)
 
 

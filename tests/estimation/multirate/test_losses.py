@@ -335,7 +335,7 @@ def test_central_gains_keep_every_level_above_the_least(factor: float) -> None:
     given = automaton(problem, LOST)
     walks = Walks(problem, given, 1.0)
     opened = [walks.open_loop(i) for i in range(len(given.edges))]
-    kernels = [kernel(seen, moved.shape[1]) for moved, seen in opened]
+    kernels = [kernel(seen) for _, seen in opened]
     storage = least_level(walks, [moved for moved, _ in opened], kernels)
     squared = factor**2 * storage.squared
     gains = central_gains(walks, storage, squared)

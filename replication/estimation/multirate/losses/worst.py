@@ -154,8 +154,6 @@ def central_gains(walks: Walks, storage: Storage, squared: float) -> Array:
     gains = np.zeros((len(walks.automaton.edges), n, q))
     for i, edge in enumerate(walks.automaton.edges):
         M, F = walks.open_loop(i)
-        if not len(F):
-            continue
         W = walks.weight(edge.phase)
         inverse = np.diag([0.0] * n + [1 / squared] * (M.shape[1] - n))
         inverse[:n, :n] = np.linalg.inv(storage.P[edge.source] - W.T @ W)
@@ -166,10 +164,8 @@ def central_gains(walks: Walks, storage: Storage, squared: float) -> Array:
     return gains
 
 
-def kernel(F: Array, width: int) -> Array:
-    """An orthonormal basis (width, r) of the directions that [C D] does not see."""
-    if not len(F):
-        return np.eye(width)
+def kernel(F: Array) -> Array:
+    """An orthonormal basis (columns, r) of the directions that [C D] does not see."""
     return np.asarray(np.linalg.qr(F.T, mode="complete")[0][:, len(F) :])
 
 
@@ -238,11 +234,8 @@ def bracket(problem: MultirateProblem, cases: Automaton, gains: Array, words: li
         if lower > best.lower:
             best = replace(best, lower=lower, word=word)
         finer = _told_apart(tree, storage.flux)
-        if (
-            best.upper <= best.lower * (1 + CLOSE)
-            or finer is None
-            or len(finer.edges) * problem.plant.order**2 > LARGEST
-        ):
+        narrow = best.upper <= best.lower * (1 + CLOSE)
+        if narrow or finer is None or len(finer.edges) * problem.plant.order**2 > LARGEST:
             break
         tree = finer
     if not np.isfinite(best.upper):
@@ -304,8 +297,7 @@ def least_gains(problem: MultirateProblem, cases: Automaton, unit: float) -> Arr
     """
     walks = Walks(problem, cases, unit)
     opened = [walks.open_loop(i) for i in range(len(cases.edges))]
-    kernels = [kernel(F, moved.shape[1]) for moved, F in opened]
-    storage = least_level(walks, [moved for moved, _ in opened], kernels)
+    storage = least_level(walks, [moved for moved, _ in opened], [kernel(F) for _, F in opened])
     proved = []
     for margin in MARGINS:
         squared = storage.squared * (1 + margin) ** 2
