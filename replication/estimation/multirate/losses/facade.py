@@ -93,9 +93,8 @@ class LossResult(GainResult):
     def rows(self) -> list[tuple[str, str, str]]:
         """The value, the gains, and what else is known."""
         level, bracket, *others = super().rows()
-        if not self.random:
-            return [level, bracket, *others]
-        return [("rms error", as_text(self.value), self.quantity), *others]
+        shown = [("rms error", as_text(self.value), self.quantity)] if self.random else [level, bracket]
+        return [*shown, *others]
 
     def panels(self) -> tuple[Panel, ...]:
         """The gain over the frequency for the worst pattern; of a mean error its size over the period."""

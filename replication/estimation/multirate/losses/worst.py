@@ -88,15 +88,15 @@ def least_level(walks: Walks, moved: Sequence[Array], kernels: Sequence[Array] |
     n, edges = walks.problem.plant.order, walks.automaton.edges
     basis = symmetric_basis(n)
     terms = len(basis)
-    parts: dict[tuple[int, int], list[int]] = {}
-    for i, M in enumerate(moved):
-        width = M.shape[1] if kernels is None else kernels[i].shape[1]
-        parts.setdefault((M.shape[1], width), []).append(i)
+    directions = [np.eye(M.shape[1]) for M in moved] if kernels is None else kernels
+    parts: dict[tuple[int, ...], list[int]] = {}
+    for i, N in enumerate(directions):
+        parts.setdefault(N.shape, []).append(i)
     groups, order = [], []
     unknowns = [range(1 + i * terms, 1 + (i + 1) * terms) for i in range(len(walks.automaton.phases))]
     for (whole, _), members in parts.items():
         frame = np.eye(n, whole)
-        N = np.stack([np.eye(whole) if kernels is None else kernels[i] for i in members])
+        N = np.stack([directions[i] for i in members])
         M = np.stack([moved[i] for i in members]) @ N
         F = frame @ N
         W = np.stack([walks.weight(edges[i].phase) for i in members])
