@@ -10,8 +10,7 @@ from papers.shao.experiments.tracking import table_columns
 from papers.shao.method.motor import simulate
 from papers.shao.method.search import search_block
 from papers.shao.printed import APO, DESIGN, FREQUENCIES, PMI, READINGS, START, literal_loop, table_1
-from replication.estimation.dualrate.loop import stability_radius
-from replication.estimation.dualrate.response import reference, time_response, tracking_error_ratio
+from replication.estimation.dualrate.loop import reference, stability_radius, time_response, tracking_error_ratio
 
 HALF_UNIT = 0.5 * 10.0 ** -len(table_1("DRC-APO")[0].split(".")[1])
 """Half a unit of the last printed place of Table I, percent."""

@@ -13,10 +13,9 @@ from replication.estimation.delay.plant import DelayPlant, delay_system
 from replication.estimation.delay.sos.certificate import minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule
 from replication.estimation.delay.sos.synthesis import degree_for
-from replication.estimation.dualrate.loop import DualRateLoop, close_loop, stability_radius
+from replication.estimation.dualrate.loop import DualRateLoop, close_loop, stability_radius, tracking_error_ratio
 from replication.estimation.dualrate.observers import OBSERVERS, Harmonic
 from replication.estimation.dualrate.problem import dual_rate_design, make_plant
-from replication.estimation.dualrate.response import tracking_error_ratio
 from replication.estimation.multirate.optimum import optimal_design
 
 PREDICTOR = "running_prediction"

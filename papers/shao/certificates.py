@@ -11,9 +11,8 @@ from papers.shao.method.readings import Structure
 from papers.shao.plants import LONGER
 from papers.shao.printed import COUNTEREXAMPLE, DESIGN, READINGS, literal_loop
 from replication.certify import dualrate
-from replication.estimation.dualrate.loop import DualRateLoop, close_loop
+from replication.estimation.dualrate.loop import DualRateLoop, Points, close_loop
 from replication.estimation.dualrate.observers import OBSERVERS
-from replication.estimation.dualrate.response import Points
 
 DESIGNS = {
     **{"motor": DESIGN, "motor-from-start": DESIGN, "scalar": COUNTEREXAMPLE},

@@ -10,9 +10,8 @@ from papers.shao.method.motor import Feedforward, Motor
 from papers.shao.method.readings import Reading, ReadingSpace, Start, Structure
 from replication.audit.data import PrintedValue, read_printed
 from replication.audit.judge.printed import number
-from replication.estimation.dualrate.loop import DualRateLoop
+from replication.estimation.dualrate.loop import DualRateLoop, Points
 from replication.estimation.dualrate.problem import DualRateDesign, dual_rate_design, make_plant
-from replication.estimation.dualrate.response import Points
 
 DATA = read_printed(Path(__file__).with_suffix(".toml"))
 

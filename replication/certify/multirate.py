@@ -25,8 +25,7 @@ from replication.estimation.linear.periodic import PeriodicSystem, Stage, freque
 from replication.estimation.linear.riccati import RiccatiMap, settled, stacked
 from replication.estimation.multirate import losses
 from replication.estimation.multirate.kalman import state_scales
-from replication.estimation.multirate.losses.automaton import along, automaton
-from replication.estimation.multirate.losses.models import InARow
+from replication.estimation.multirate.losses.models import InARow, along, automaton
 from replication.estimation.multirate.losses.worst import bracket as worst_case
 from replication.estimation.multirate.optimum import Optimum, optimum, riccati_design
 from replication.estimation.multirate.plant import MultiratePlant

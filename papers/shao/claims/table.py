@@ -13,7 +13,7 @@ from papers.shao.method.search import Near, reading_of
 from papers.shao.printed import COLUMNS, LABELS, SINGLE_RATES
 from replication.audit.declare import Part
 from replication.audit.model import Evidence, Outcome, Results
-from replication.estimation.dualrate.response import Points
+from replication.estimation.dualrate.loop import Points
 from replication.verify.predicate import Predicate, Term, term
 
 TIED = 1e-9

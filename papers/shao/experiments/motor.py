@@ -12,10 +12,9 @@ from papers.shao.printed import APO, DATA, DESIGN, FAST, MOTOR, PARAMETERS, PMI,
 from replication.audit.judge.printed import Parameters, spread
 from replication.errors import InfeasibleError
 from replication.estimation import dualrate
-from replication.estimation.dualrate.loop import close_loop, stability_radius
+from replication.estimation.dualrate.loop import close_loop, stability_radius, tracking_error_ratio
 from replication.estimation.dualrate.observers import OBSERVERS
 from replication.estimation.dualrate.problem import DualRateDesign, dual_rate_design
-from replication.estimation.dualrate.response import tracking_error_ratio
 
 
 def motor_model(seed: int) -> dict[str, Any]:

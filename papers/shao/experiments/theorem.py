@@ -18,10 +18,9 @@ from papers.shao.method.lyapunov import (
 )
 from papers.shao.printed import APO, COUNTEREXAMPLE, DESIGN, FAST, RESTARTED
 from replication.errors import InfeasibleError
-from replication.estimation.dualrate.loop import close_loop
+from replication.estimation.dualrate.loop import close_loop, time_response
 from replication.estimation.dualrate.observers import OBSERVERS, held
 from replication.estimation.dualrate.problem import DualRateDesign, make_plant
-from replication.estimation.dualrate.response import time_response
 from replication.estimation.validation import Array
 
 COMPARED = (APO, RESTARTED, FAST)

@@ -17,22 +17,20 @@ from papers.shao.printed import APO, DESIGN, FAST, FREQUENCIES, HELD, PMI, READI
 from replication.estimation.dualrate.loop import (
     MARGINAL,
     DualRateLoop,
+    Points,
     close_loop,
     monodromy,
     noise_gain,
-    stability_radius,
-)
-from replication.estimation.dualrate.observers import OBSERVERS
-from replication.estimation.dualrate.problem import DualRateDesign, Plant
-from replication.estimation.dualrate.response import (
-    Points,
     period_response,
     reference,
+    stability_radius,
     start_state,
     steady_state,
     time_response,
     tracking_error_ratio,
 )
+from replication.estimation.dualrate.observers import OBSERVERS
+from replication.estimation.dualrate.problem import DualRateDesign, Plant
 from replication.estimation.validation import Array
 
 COMPARED = (PMI, HELD, printed.SINGLE, APO, RESTARTED, FAST, printed.STATE)

@@ -10,10 +10,9 @@ from enum import StrEnum
 import numpy as np
 import scipy
 
-from replication.estimation.dualrate.loop import DualRateLoop, monodromy, require_stable
+from replication.estimation.dualrate.loop import DualRateLoop, monodromy, reference, require_stable, steady_state
 from replication.estimation.dualrate.observers import Harmonic
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, make_plant
-from replication.estimation.dualrate.response import reference, steady_state
 from replication.estimation.nonuniform.stamped.transition import Transition
 from replication.estimation.validation import Array, ComplexArray
 
@@ -155,7 +154,7 @@ def simulate(
     """Simulate a loop with one of the observers below by brute force; plant: the true one, if not the model.
 
     Plant and observer's equation are integrated by series over sub-steps, and the observer acts as the text says,
-    instant by instant, with commands held over T: no matrix is shared with `dualrate.loop` or `dualrate.response`.
+    instant by instant, with commands held over T: no matrix is shared with `dualrate.loop`.
     """
     A, B, C, L = design.model.A, design.model.B_u, design.model.C, design.injection
     plant = plant or design.model

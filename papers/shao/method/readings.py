@@ -14,10 +14,9 @@ import numpy as np
 
 from papers.shao.method.motor import Feedforward, Motor, ReferenceTiming, tracking_command
 from replication.errors import InfeasibleError
-from replication.estimation.dualrate.loop import DualRateLoop, close_loop
+from replication.estimation.dualrate.loop import DualRateLoop, Points, close_loop, time_response, tracking_error_ratio
 from replication.estimation.dualrate.observers import OBSERVERS, Builder, Observer, ObserverStep, SampledModel
 from replication.estimation.dualrate.problem import DualRateDesign
-from replication.estimation.dualrate.response import Points, time_response, tracking_error_ratio
 from replication.estimation.validation import Array
 
 Window = tuple[int, int]

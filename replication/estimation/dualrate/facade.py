@@ -17,27 +17,30 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.design import Solution
 from replication.estimation.api.results import LITTLE, Evidence
 from replication.estimation.api.shown import Goal, Simulation, aimed, simulated
-from replication.estimation.dualrate.loop import (
-    MARGINAL,
-    DualRateLoop,
-    close_loop,
-    require_stable,
-    stability_radius,
-)
+from replication.estimation.dualrate.loop import MARGINAL, DualRateLoop, close_loop, require_stable, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS, Builder, held
 from replication.estimation.dualrate.problem import (
     DualRateDesign,
     Plant,
+    Steady,
     as_plant,
     dual_rate_design,
     row_of_output,
     signals_of,
+    steady_of,
+    wanted,
 )
 from replication.estimation.dualrate.result import DualRateResult, Weights, checked_weights
-from replication.estimation.dualrate.slow.controller import MEASURE, beside, gain, kalman, of_gains
 from replication.estimation.dualrate.slow.problem import slow_problem
-from replication.estimation.dualrate.slow.result import SlowRateResult, slow_design
-from replication.estimation.dualrate.steady import Steady, steady_of, wanted
+from replication.estimation.dualrate.slow.result import (
+    MEASURE,
+    SlowRateResult,
+    beside,
+    gain,
+    kalman,
+    of_gains,
+    slow_design,
+)
 from replication.estimation.validation import StateSpace, finite_vector, one_of, positive_integer
 
 DEFAULT_OBSERVER = "running_prediction"
@@ -178,12 +181,11 @@ def _levels(result: DualRateResult, weights: Weights) -> tuple[Evidence, ...]:
         level = gain(problem, of_gains(problem, result.loop)).upper
     except (InfeasibleError, InvalidInputError, SolverError):
         return ()
-    fact = Evidence("level from process and sensor noise", level, MEASURE)
-    lost = None
+    facts = [Evidence("level from process and sensor noise", level, MEASURE)]
     if level > (1 + LITTLE) * best > 0:
         how = f"ratio to the level of the Kalman filter there; {SLOW}"
-        lost = Evidence("loss against the slow rate", level / best, how)
-    return (fact, *((lost,) if lost else ()), *beside(problem, level, best))
+        facts.append(Evidence("loss against the slow rate", level / best, how))
+    return (*facts, *beside(problem, level, best))
 
 
 def analyse(

@@ -91,20 +91,6 @@ def forced(plant: Plant, harmonic: Harmonic | None) -> ComplexArray:
     return np.asarray(plant.B_u[:, : len(harmonic.amplitude)] @ harmonic.amplitude)
 
 
-def check_fit(model: Plant, plant: Plant, harmonic: Harmonic | None) -> None:
-    """Raise InvalidInputError unless the true plant and the command have the inputs and outputs of the model."""
-    inputs, outputs = model.B_u.shape[1], len(model.C)
-    if plant.B_u.shape[1] != inputs or len(plant.C) != outputs:
-        raise InvalidInputError(
-            f"the true plant must have the {inputs} inputs and {outputs} outputs of the model, got "
-            f"{plant.B_u.shape[1]} and {len(plant.C)}"
-        )
-    if harmonic is not None and len(harmonic.amplitude) != inputs:
-        raise InvalidInputError(
-            f"the harmonic needs one amplitude for each of the {inputs} inputs, got {len(harmonic.amplitude)}"
-        )
-
-
 @dataclass(frozen=True, eq=False)
 class SampledModel:
     """What an observer may use over one fast period.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar, NamedTuple
 
@@ -25,8 +25,7 @@ from replication.estimation.dualrate.loop import (
     stability_radius,
 )
 from replication.estimation.dualrate.observers import OBSERVERS, sampled_model
-from replication.estimation.dualrate.problem import Plant
-from replication.estimation.dualrate.steady import Steady, steady_error
+from replication.estimation.dualrate.problem import Plant, Steady, solved
 from replication.estimation.linear.periodic import PeriodicSystem
 from replication.estimation.validation import Array, StateSpace, as_matrix
 
@@ -77,6 +76,30 @@ def _riccati(A: Any, B: Any, Q: Any, R: Any, weights: str) -> Any:
             f"the Riccati equation for {weights} has no stabilising solution ({error}): every unstable mode must be "
             "moved by the input and seen by the sensor, and no mode on the imaginary axis may be left out of the weight"
         ) from None
+
+
+def steady_error(steady: Steady, plant: Plant, loop: Sequence[Driven]) -> Evidence:
+    """The largest error at rest of a loop at any instant, one of loads and set-points being one."""
+    (size, references), count = loop[0].drive.shape, steady.loads
+    readout = np.vstack([steady.load, plant.C[list(steady.tracked)]])
+    rows = np.hstack([readout, np.zeros((len(readout), size - plant.order))])
+    total = np.eye(size + references)
+    steps = []
+    for instant in loop:
+        steps.append(total)
+        joint = np.eye(size + references)
+        joint[:size] = np.hstack([instant.state, instant.drive])
+        total = joint @ total
+    conditions = np.vstack([np.hstack([rows[:count], np.zeros((count, references))]), np.eye(size + references)[size:]])
+    moved = (total - np.eye(len(total)))[:size]
+    rest = solved(np.vstack([moved, conditions]), np.eye(size + count + references)[:, size:])
+    how = "of a tracked output at rest, for one of each load and set-point; exact, all fast instants"
+    if rest is None:
+        return Evidence("steady error", "none: no rest", how)
+    output = np.hstack([rows[count:], np.zeros((len(rows) - count, references))])
+    aims = np.zeros((len(output), count + references))
+    aims[:, count:] = np.eye(len(output), references)
+    return Evidence("steady error", max(float(np.abs(output @ step @ rest - aims).max()) for step in steps), how)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)

@@ -15,17 +15,11 @@ import numpy as np
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.design import Solution
-from replication.estimation.api.plants import ADDED, Signals, numbered, parts_of, read_plant
+from replication.estimation.api.plants import ADDED, Signals, is_statespace, numbered, parts_of, read_plant
 from replication.estimation.api.shown import Goal, Simulation, aimed
 from replication.estimation.multirate.kalman import require_noise_near
-from replication.estimation.multirate.latency import ContinuousPlant, delivered, is_continuous, sampled_statespace
-from replication.estimation.multirate.optimum import (
-    DESIGN_MARGIN,
-    MISSED,
-    least_error_offsets,
-    optimum,
-    search_timing,
-)
+from replication.estimation.multirate.latency import ContinuousPlant, delivered, sampled_statespace
+from replication.estimation.multirate.optimum import DESIGN_MARGIN, MISSED, least_error_offsets, optimum, search_timing
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.multirate.result import KalmanResult, MultirateResult
@@ -268,19 +262,12 @@ def simulate(
 def _problem(
     plant: Any, periods: Any, offsets: Any, goal: Goal, latency: Any, dt: Any, **arguments: Any
 ) -> tuple[MultirateProblem, Signals]:
-    checked, signals = _with_latency(plant, latency, dt, arguments)
-    if isinstance(offsets, str) and offsets == "best":
-        offsets = least_error_offsets(checked, periods) if goal is Goal.H2 else search_timing(checked, periods).best
-    return MultirateProblem(checked, SensingSchedule(periods, offsets)), signals
-
-
-def _with_latency(plant: Any, latency: Any, dt: Any, arguments: dict[str, Any]) -> tuple[MultiratePlant, Signals]:
-    """The plant at its base period, with the samples that are under way as states, and its names."""
+    """The plant at its base period under its schedule, samples that are under way being states; and its names."""
     between, whole = None, plant
     if isinstance(plant, ContinuousPlant):
         between, whole = plant.after, plant.after(plant.dt)
     if dt is not None:
-        if not is_continuous(plant):
+        if not is_statespace(plant) or plant.isdtime(strict=True):
             raise InvalidInputError(
                 "dt belongs to a control.StateSpace in continuous time; other plants have their own"
             )
@@ -291,7 +278,9 @@ def _with_latency(plant: Any, latency: Any, dt: Any, arguments: dict[str, Any]) 
             return _read(sampled_statespace(plant, time, step), **arguments)[0]
 
     checked, signals = _read(whole, **arguments)
-    if not np.size(latency):
-        return checked, signals
-    late = delivered(checked, latency, between)
-    return late, replace(signals, states=(*signals.states, *numbered(ADDED, late.under_way)))
+    if np.size(latency):
+        checked = delivered(checked, latency, between)
+        signals = replace(signals, states=(*signals.states, *numbered(ADDED, checked.under_way)))
+    if isinstance(offsets, str) and offsets == "best":
+        offsets = least_error_offsets(checked, periods) if goal is Goal.H2 else search_timing(checked, periods).best
+    return MultirateProblem(checked, SensingSchedule(periods, offsets)), signals

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from replication.errors import InvalidInputError, SolverError
-from replication.estimation.linear.periodic import PeriodicSystem, Stage, monodromy
+from replication.estimation.linear.periodic import Stage, lifted, monodromy
 from replication.estimation.linear.riccati import (
     RiccatiMap,
     apply,
@@ -70,7 +70,13 @@ class KalmanCentre:
     @cached_property
     def floor(self) -> float:
         """sqrt(max_k lambda_max(W X_k W')): no observer, at no level, has a smaller gain."""
-        return float(np.sqrt(largest_weighted(self.scaled, self.states)))
+        return float(np.sqrt(self.scaled.largest_weighted(self.states)))
+
+    def design(self, states: Array, level: float) -> RiccatiDesign:
+        """The gains at the stabilising solution of a level, in the coordinates of the plant."""
+        scaled = self.scaled
+        gains = scaled.gains(scaled.corrected(states, scaled.maps(level)))
+        return RiccatiDesign(gains, np.asarray(scaled.T @ states @ scaled.T.mT), level)
 
 
 def kalman_design(problem: MultirateProblem) -> RiccatiDesign:
@@ -83,9 +89,7 @@ def kalman_design(problem: MultirateProblem) -> RiccatiDesign:
     if (design := steady_state(problem)) is not None:
         return design
     centre = kalman_centre(problem)
-    scaled, states = centre.scaled, centre.states
-    corrected = scaled.corrected(states, scaled.maps())
-    return RiccatiDesign(scaled.gains(corrected), scaled.unscaled(states), np.inf)
+    return centre.design(centre.states, np.inf)
 
 
 def kalman_centre(problem: MultirateProblem, *, quick_noise: float | None = None) -> KalmanCentre:
@@ -155,8 +159,7 @@ def _undisturbed_on_circle(problem: MultirateProblem, units: Array) -> complex |
         # What the measurements tell of the noise is known, and disturbs nothing.
         rest = scaled_problem(problem, np.stack([np.diag(units)] * problem.schedule.period))
         none = np.zeros((0, plant.order)), np.zeros((0, rest.B.shape[-1]))
-        lifted = PeriodicSystem(tuple(Stage(A_k, B_k, *none) for A_k, B_k in zip(rest.A, rest.B, strict=True))).lift()
-        A, B = lifted.A, lifted.B
+        A, B, *_ = lifted([Stage(A_k, B_k, *none) for A_k, B_k in zip(rest.A, rest.B, strict=True)])
     widest = max(STABILITY_MARGIN, 10 * np.finfo(float).eps ** (1 / plant.order))
     if np.min(np.abs(np.abs(np.linalg.eigvals(A)) - 1)) > 2 * widest:
         return None
@@ -243,7 +246,7 @@ def stationary_each(maps: RiccatiMap, reference: Array) -> Array:
 def semidefinite(states: Array) -> Any:
     """Whether all X_k >= 0, to rounding: scaled states are of size one, or vanish where nothing is uncertain.
 
-    Here and in the next two: of states (N, cases, n, n), one answer for each case.
+    Here and in the next: of states (N, cases, n, n), one answer for each case.
     """
     try:
         np.linalg.cholesky(states + NEGATIVE * identity(states.shape[-1]))
@@ -265,11 +268,6 @@ def multiplier(scaled: ScaledProblem, states: Array, maps: RiccatiMap) -> Any:
     # What a measurement takes off a mode that has grown since the one before is known to rounding of that growth.
     blur = np.finfo(float).eps * np.abs(scaled.A).max()
     return np.abs(np.linalg.eigvals(total)).max(axis=-1) + blur
-
-
-def largest_weighted(scaled: ScaledProblem, states: Array) -> Any:
-    """max_k lambda_max(W X_k W')."""
-    return np.maximum(0.0, np.linalg.eigvalsh(scaled.weighted(states))[..., -1].max(axis=0))
 
 
 REPEATS = 1e-11
@@ -413,11 +411,6 @@ class FilterGains:
     filtered: Array
     smoothed: Array
     innovation: Array
-
-    @property
-    def lag(self) -> int:
-        """How many instants it looks back."""
-        return int(self.K.shape[1]) - 1
 
 
 def filter_gains(problem: MultirateProblem, predicted: Array, lag: int = 0) -> FilterGains:

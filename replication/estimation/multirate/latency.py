@@ -20,7 +20,6 @@ import numpy.typing as npt
 import scipy
 
 from replication.errors import InvalidInputError
-from replication.estimation.api.plants import is_statespace
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.validation import Array, as_matrix, positive_scalar
 
@@ -119,11 +118,6 @@ def sampled_statespace(system: Any, time: float, dt: float) -> Any:
     A, B = held_over(np.asarray(system.A, dtype=float), np.asarray(system.B, dtype=float), time)
     names = {f"{kind}s": list(getattr(system, f"{kind}_labels")) for kind in ("state", "input", "output")}
     return control.StateSpace(A, B, system.C, system.D, dt, **names)
-
-
-def is_continuous(system: Any) -> bool:
-    """Whether it is a `control.StateSpace` in continuous time."""
-    return is_statespace(system) and not system.isdtime(strict=True)
 
 
 HORIZON = 200

@@ -42,7 +42,6 @@ from replication.estimation.multirate.kalman import (
     RiccatiDesign,
     kalman_centre,
     kalman_design,
-    largest_weighted,
     semidefinite,
     stabilises,
     state_scales,
@@ -99,8 +98,8 @@ def _bound_of_filter(centre: KalmanCentre) -> GainBracket:
     """`noncausal_bound` by operators, from the Kalman filter."""
     scaled, reference = centre.scaled, centre.states
     stages, outputs = _filter(scaled, reference), len(scaled.W[0])
-    parts = zip(*((_part(stage, slice(outputs)), _part(stage, slice(outputs, None))) for stage in stages), strict=True)
-    errors, innovations = (PeriodicSystem(part) for part in parts)
+    halves = slice(outputs), slice(outputs, None)
+    errors, innovations = (PeriodicSystem(tuple(_part(stage, half) for stage in stages)) for half in halves)
     return _peak(scaled, reference, one_by_one(_by_operators(errors, _whitened(innovations, reference))), stages)
 
 
@@ -123,14 +122,10 @@ def _filter(scaled: ScaledProblem, states: Array) -> list[Stage]:
     drives, outputs = np.concatenate([scaled.B, -gains], axis=-1), np.concatenate([scaled.W, scaled.C], axis=1)
     direct = np.zeros((outputs.shape[1], drives.shape[2]))
     direct[n_z:, m:] = np.eye(gains.shape[2])
-    parts = {}
-    for rows in set(scaled.whitened.rows):
-        indices, columns = (np.array([*range(first), *(first + i for i in rows)], dtype=int) for first in (n_z, m))
-        parts[rows] = indices, columns, direct[np.ix_(indices, columns)]
     stages = []
     for A, B, C, rows in zip(closed, drives, outputs, scaled.whitened.rows, strict=True):
-        indices, columns, D = parts[rows]
-        stages.append(Stage(A, B[:, columns], C[indices], D))
+        indices, columns = ([*range(first), *(first + i for i in rows)] for first in (n_z, m))
+        stages.append(Stage(A, B[:, columns], C[indices], direct[np.ix_(indices, columns)]))
     return stages
 
 
@@ -247,8 +242,7 @@ def central(centre: KalmanCentre, level: float, trial: Trial | None = None) -> R
     states, slack = _solution(centre, level) if trial is None else trial
     if states is None or slack <= 0:
         raise InfeasibleError(f"no observer has a gain below {level!r}; ask for a larger level (see `optimum`)")
-    scaled = centre.scaled
-    return RiccatiDesign(scaled.gains(scaled.corrected(states, scaled.maps(level))), scaled.unscaled(states), level)
+    return centre.design(states, level)
 
 
 def optimal_design(problem: MultirateProblem, *, margin: float = DESIGN_MARGIN) -> RiccatiDesign:
@@ -348,10 +342,6 @@ class _Search:
             self.tried(level)
         return self.latest[level][1] > 0
 
-    def _designs(self, *levels: float) -> list[float]:
-        """Where gains are computed if one of the levels is the least: tried with it, since that costs little."""
-        return [level * (1 + DESIGN_MARGIN) for level in levels] if self.aside else []
-
     def tried(self, *levels: float) -> None:
         """Try levels, side by side."""
         self.latest = dict(zip(levels, _solutions(self.centre, levels), strict=True))
@@ -390,7 +380,9 @@ class _Search:
                 levels = [level * (1 - spread), level, level * (1 + spread)] if self.aside else [level]
             inside = [near for near in levels if self.low < near < self.high] or [level]
             low, high = self.low, self.high
-            self.tried(*inside, *(self._designs(*inside[-2:-1]) if close else ()))
+            # Where gains are computed if the level is the least: tried with it, since that costs little.
+            designs = [level * (1 + DESIGN_MARGIN) for level in inside[-2:-1]] if close and self.aside else []
+            self.tried(*inside, *designs)
             if (low, high) == (self.low, self.high):  # rounding left the side of each level open
                 self.tried((low + high) / 2)
 
@@ -436,7 +428,7 @@ def _solutions(centre: KalmanCentre, levels: Sequence[float]) -> list[Trial]:
     if not len(cases):
         return trials
     states = states[:, cases]
-    slack = 1 - largest_weighted(scaled, states) / above[cases] ** 2
+    slack = 1 - scaled.largest_weighted(states) / above[cases] ** 2
     sound = semidefinite(states[:1])  # then all phases are, as long as the slack is positive
     checked = np.flatnonzero(sound & (slack > 0))
     if len(checked):

@@ -116,7 +116,6 @@ def distinct_offsets(periods: Sequence[int]) -> Iterator[tuple[int, ...]]:
             f"periods {reference.periods} leave {count} sets of offsets, more than {MAX_OFFSETS}; fix some of the "
             "offsets yourself and compare the optima of the others"
         )
-    representatives: set[tuple[int, ...]] = set()
     for tail in product(*(range(N) for N in reference.periods[1:])):
         offsets = (0, *tail)
         # A shift of the origin by a multiple of N_1 keeps theta_1 = 0; the least of the shifted offsets stands for all.
@@ -124,10 +123,8 @@ def distinct_offsets(periods: Sequence[int]) -> Iterator[tuple[int, ...]]:
             tuple((theta + s) % N for theta, N in zip(offsets, reference.periods, strict=True))
             for s in range(0, reference.period, reference.periods[0])
         )
-        representative = min(shifted)
-        if representative not in representatives:
-            representatives.add(representative)
-            yield representative
+        if offsets == min(shifted):
+            yield offsets
 
 
 class Whitened(NamedTuple):
@@ -170,7 +167,7 @@ class MultirateProblem:
         _of_type("schedule", schedule, SensingSchedule, "SensingSchedule(periods, offsets)")
         if schedule.sensors != plant.sensors:
             raise InvalidInputError(f"the schedule is of {schedule.sensors}, the plant of {plant.sensors} sensors")
-        for rows in sorted(schedule.measured(k) for k in schedule.kinds[0]):
+        for rows in sorted(set(schedule.rows)):
             if rows and not _full_row_rank(plant.D[list(rows)]):
                 raise InvalidInputError(
                     f"D must have full row rank on the sensors measured together, {rows}: give each its own noise"
@@ -257,22 +254,6 @@ def disturbances(plant: MultiratePlant, names: Signals) -> tuple[str, ...]:
     return (*d, *(tuple(f"noise of {name}" for name in names.measurements) if diagonal else numbered("w", noises)))
 
 
-def observer_system(problem: MultirateProblem, gains: npt.ArrayLike) -> PeriodicSystem:
-    """The observer, eq. (15): x^+ = A x^ + B_u u + L_k S_k (y - C x^ - D_u u), from (u, y) to z^ = W x^.
-
-    gains (N, n, q).
-    y has all q sensors at every instant; entries of those that do not measure have no effect. Raises InvalidInputError
-    for what is not a problem, or gains of another shape.
-    """
-    require_problem(problem)
-    plant = problem.plant
-    stages = []
-    for used in problem.checked(gains) * problem.schedule.mask[:, None, :]:
-        inputs = np.hstack([plant.B_u - used @ plant.D_u, used])
-        stages.append(Stage(plant.A - used @ plant.C, inputs, plant.W, np.zeros((len(plant.W), inputs.shape[1]))))
-    return PeriodicSystem(tuple(stages))
-
-
 def _of_type(name: str, value: Any, kind: type, how: str) -> None:
     if not isinstance(value, kind):
         raise InvalidInputError(f"{name} must be a {kind.__name__}, got {type(value).__name__}; build it by {how}")
@@ -324,10 +305,10 @@ class ScaledProblem:
         A, information = (_beside(part, corrected) for part in (self.A, self.information))
         return np.asarray(A - A @ corrected @ information)
 
-    def weighted(self, states: Array) -> Array:
-        """W X_k W' for each phase, (N, n_z, n_z) or (N, cases, n_z, n_z)."""
+    def largest_weighted(self, states: Array) -> Any:
+        """max_k lambda_max(W X_k W'); of states (N, cases, n, n) one for each case."""
         W = _beside(self.W, states)
-        return np.asarray(W @ states @ W.mT)
+        return np.maximum(0.0, np.linalg.eigvalsh(W @ states @ W.mT)[..., -1].max(axis=0))
 
     def whitened_gains(self, corrected: Array) -> Array:
         """Gains on the whitened rows, A_k (I + X_k G_k)^-1 X_k C_k' (N, n, q)."""
@@ -337,10 +318,6 @@ class ScaledProblem:
         """Gains L_k in the coordinates of the plant (N, n, q), zero for sensors that are not measured."""
         gains = following(self.T) @ self.whitened_gains(corrected)
         return np.asarray(np.linalg.solve(self.whitened.roots, gains.mT).mT + self.whitened.injected)
-
-    def unscaled(self, states: Array) -> Array:
-        """T_k X_k T_k' for each phase, shape (N, n, n)."""
-        return np.asarray(self.T @ states @ self.T.mT)
 
 
 def _beside(part: Array, states: Array) -> Array:

@@ -23,8 +23,8 @@ from replication.estimation.multirate.kalman import (
     kalman_design,
     smoothing_limit,
 )
-from replication.estimation.multirate.optimum import DESIGN_MARGIN, Optimum, central, optimum, riccati_design
-from replication.estimation.multirate.problem import MultirateProblem, disturbances, observer_system
+from replication.estimation.multirate.optimum import DESIGN_MARGIN, Optimum, central, optimum
+from replication.estimation.multirate.problem import MultirateProblem, disturbances
 from replication.estimation.multirate.running import KalmanFilter, StartingFilter
 from replication.estimation.validation import Array, StateSpace, at_most, positive_integer
 
@@ -32,12 +32,6 @@ from replication.estimation.validation import Array, StateSpace, at_most, positi
 def rms_error(problem: MultirateProblem, gains: Array) -> float:
     """Root of the mean square of W e over a period, for white noise of unit intensity; gains (N, n, q)."""
     return float(np.sqrt(white_noise_variance(problem.error_system(gains))))
-
-
-def balanced_design(problem: MultirateProblem, best: Optimum) -> RiccatiDesign:
-    """The central gains whose level and whose mean error exceed the least ones by the same share."""
-    design, measures = _designs(problem)
-    return design(balanced(best.upper * (1 + DESIGN_MARGIN), best.value, measures))
 
 
 def _designs(problem: MultirateProblem) -> tuple[Callable[[float], RiccatiDesign], Callable[[float], Measures]]:
@@ -84,13 +78,15 @@ class MultirateResult(Design, Traded):
             raise InfeasibleError(
                 f"no observer has a gain below {level!r}: the least is {best.value:.6g}; ask for more"
             )
+        design, measures = _designs(problem)
+        aim = best.upper * (1 + DESIGN_MARGIN) if level is None else level
         if goal is Goal.HINF:
-            aim = best.upper * (1 + DESIGN_MARGIN) if level is None else level
-            return Solution({"L": riccati_design(problem, aim).gains}, own={"best": best})
-        central = balanced_design(problem, best) if level is None else riccati_design(problem, level)
-        aimed = central.level if np.isfinite(central.level) else "infinite"
-        fact = Evidence("level of the design", aimed, "least entropy")
-        return Solution({"L": central.gains}, (fact, *mean_error_facts(problem, central.gains)), {"best": best})
+            return Solution({"L": design(aim).gains}, own={"best": best})
+        if level is None:
+            aim = balanced(aim, best.value, measures)
+        fact = Evidence("level of the design", aim if np.isfinite(aim) else "infinite", "least entropy")
+        gains = design(aim).gains
+        return Solution({"L": gains}, (fact, *mean_error_facts(problem, gains)), {"best": best})
 
     def error_system(self) -> PeriodicSystem:
         """Eqs. (16), (18)."""
@@ -104,10 +100,7 @@ class MultirateResult(Design, Traded):
         return (
             Evidence("optimum", best.value, f"least gain of any observer; {bound}"),
             Evidence("optimum lies above", best.lower, bound),
-            Evidence("spectral radius over one period", error.spectral_radius(), "eigenvalues of the monodromy matrix"),
-            Evidence(
-                "mean error variance", white_noise_variance(error), "periodic Lyapunov equation, white unit noise"
-            ),
+            *super().facts(error, solution._replace(evidence=())),
             Evidence("schedule", f"periods {problem.schedule.periods}, offsets {problem.schedule.offsets}", "as given"),
             Evidence("base period", plant.dt, "as given", "s"),
             *late,
@@ -127,12 +120,12 @@ class MultirateResult(Design, Traded):
 
         It keeps what late samples need and gives the estimate of the present state.
         """
-        plant, known = self.problem.plant, self.problem.plant.B_u.shape[1]
+        plant, mask = self.problem.plant, self.problem.schedule.mask
         present = plant.order - plant.under_way
-        shown, stages = np.eye(present, plant.order), observer_system(self.problem, self.gains["L"]).stages
+        shown, used = np.eye(present, plant.order), self.gains["L"] * mask[:, None, :]
         phases = [
-            Phase(A, B[:, :known], B[:, known:], shown, due)
-            for (A, B, *_), due in zip(stages, self.problem.schedule.mask, strict=True)
+            Phase(plant.A - L @ plant.C, plant.B_u - L @ plant.D_u, L, shown, due)
+            for L, due in zip(used, mask, strict=True)
         ]
         return Recursion(phases, present, [plant.C] * len(phases), plant.D_u)
 
@@ -233,9 +226,7 @@ class KalmanResult(MultirateResult):
         InvalidInputError
             P0 is no covariance, the lag is no whole number from 0 to 1000, or the gate neither of the two.
         """
-        count = (
-            0 if isinstance(lag, int) and not isinstance(lag, bool) and lag == 0 else at_most("lag", lag, LONGEST_LAG)
-        )
+        count = 0 if type(lag) is int and lag == 0 else at_most("lag", lag, LONGEST_LAG)
         start = self.start if P0 is None else P0
         if start is not None:
             return StartingFilter(self.problem, start, count, gate).named(self.signals)

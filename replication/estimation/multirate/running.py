@@ -152,7 +152,7 @@ class KalmanFilter(RunningKalman):
     def __init__(self, problem: MultirateProblem, gains: FilterGains, gate: float | None = None) -> None:
         self.gains = gains
         self._next = read_only(np.roll(gains.predicted, -1, axis=0))
-        super().__init__(problem, gains.lag, gate)
+        super().__init__(problem, gains.K.shape[1] - 1, gate)
 
     def _variances(self, phase: int) -> Array:
         return np.diagonal(self.gains.innovation[phase])

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.api.plants import Signals, numbered
-from replication.estimation.dualrate.slow.controller import central, covariances
+from replication.estimation.dualrate.slow.problem import central, covariances
 from replication.estimation.dualrate.slow.result import RunningController, SlowRateResult
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.result import KalmanResult

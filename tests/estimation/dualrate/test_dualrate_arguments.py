@@ -13,10 +13,17 @@ import scipy.signal
 from slow_loops import MOTOR, MOTOR_DESIGN, START, motor_loop, textbook_loop
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.estimation.dualrate.loop import close_loop, noise_gain, stability_radius
+from replication.estimation.dualrate.loop import (
+    Points,
+    close_loop,
+    noise_gain,
+    stability_radius,
+    steady_state,
+    time_response,
+    tracking_error_ratio,
+)
 from replication.estimation.dualrate.observers import OBSERVERS, Harmonic
 from replication.estimation.dualrate.problem import MAX_RATIO, DualRateDesign, as_plant, dual_rate_design, make_plant
-from replication.estimation.dualrate.response import Points, steady_state, time_response, tracking_error_ratio
 
 APO, FAST, STATE = (OBSERVERS[name] for name in ("alternating_predictive", "fast_sensor", "state_feedback"))
 OSCILLATOR = make_plant([[0, 1], [-1, 0]], [[0], [1]], [[1, 0]])

@@ -22,22 +22,20 @@ from replication.errors import InfeasibleError, SolverError
 from replication.estimation.dualrate.facade import analyse, design
 from replication.estimation.dualrate.loop import (
     DualRateLoop,
+    Points,
+    _error_at,
     close_loop,
+    fast_errors,
     lifted_system,
     monodromy,
     noise_gain,
-)
-from replication.estimation.dualrate.observers import OBSERVERS, Harmonic, sampled_model
-from replication.estimation.dualrate.problem import dual_rate_design, make_plant
-from replication.estimation.dualrate.response import (
-    Points,
-    _error_at,
-    fast_errors,
     steady_state,
     time_response,
     tracking_error_peak,
     tracking_error_ratio,
 )
+from replication.estimation.dualrate.observers import OBSERVERS, Harmonic, sampled_model
+from replication.estimation.dualrate.problem import dual_rate_design, make_plant
 from replication.estimation.validation import ComplexArray
 
 ROUND_OFF = 1e-9

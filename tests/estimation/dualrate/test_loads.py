@@ -9,10 +9,8 @@ import scipy
 
 from replication.errors import InvalidInputError
 from replication.estimation import dualrate
-from replication.estimation.dualrate.problem import Plant
-from replication.estimation.dualrate.slow.controller import joint, root_mean_square
-from replication.estimation.dualrate.slow.result import SlowRateResult
-from replication.estimation.dualrate.steady import steady_of
+from replication.estimation.dualrate.problem import Plant, steady_of
+from replication.estimation.dualrate.slow.result import SlowRateResult, joint, root_mean_square
 
 HEIGHT = Plant([[0, 1, 0], [0, -0.1, 1], [0, 0, 0]], [[0], [1], [0]], [[1, 0, 0]])
 """Height, speed and weight of something that flies."""

@@ -10,16 +10,8 @@ from slow_loops import LEVITATION, RATES, TWO, WEIGHTS, ByHand, largest
 
 from replication.errors import InfeasibleError
 from replication.estimation import dualrate
-from replication.estimation.dualrate.slow.controller import (
-    Controller,
-    Equations,
-    _margin,
-    closed,
-    limit,
-    of_gains,
-    root_mean_square,
-)
-from replication.estimation.dualrate.slow.problem import in_natural_units, slow_problem
+from replication.estimation.dualrate.slow.problem import Controller, Equations, _margin, in_natural_units, slow_problem
+from replication.estimation.dualrate.slow.result import closed, limit, of_gains, root_mean_square
 from replication.estimation.linear.norms import l2_gain
 
 BALL = dualrate.make_plant(*LEVITATION)
@@ -75,7 +67,7 @@ def test_every_level_above_the_least_is_kept_and_none_below_is_granted(margin: f
     result = designed("hinf")
     low, high = (float(result.fact(name).value) for name in ("optimum lies above", "optimum"))
     assert low < high < low * 1.00001
-    kept = l2_gain(closed(result.problem, Equations(result.problem).at(high * (1 + margin))))
+    kept = l2_gain(closed(result.problem, Equations(*in_natural_units(result.problem)).at(high * (1 + margin))))
     assert kept.upper < high * (1 + margin)
     if margin < 1e-3:
         assert kept.lower > low

@@ -17,11 +17,11 @@ from multirate_examples import (
 )
 
 from replication.errors import InvalidInputError
+from replication.estimation import multirate
 from replication.estimation.multirate import kalman
 from replication.estimation.multirate.kalman import kalman_design, steady_state
 from replication.estimation.multirate.optimum import optimum
 from replication.estimation.multirate.plant import MultiratePlant
-from replication.estimation.multirate.problem import observer_system
 from replication.estimation.validation import Array, noise_factors
 from tests.tolerances import AGREEMENT, ROUNDING
 
@@ -177,9 +177,8 @@ def test_noise_that_drives_the_state_meets_its_own_correction() -> None:
 def test_what_the_sensors_read_of_a_known_input_is_taken_off() -> None:
     """With y = D_u u and both states at zero the innovation is zero: x^+ = B_u u."""
     plant = replace(UNSTABLE, B_u=np.array([[0.3], [-0.2]]), D_u=np.array([[0.5], [2.0]]))
-    given = problem(plant, (1, 2))
-    for stage in observer_system(given, np.random.default_rng(5).normal(size=(2, 2, 2))).stages:
-        near(stage.B @ np.concatenate([[1.0], plant.D_u[:, 0]]), plant.B_u[:, 0], ROUNDING)
+    for phase in multirate.design(plant, periods=(1, 2)).phases().phases:
+        near(phase.input + phase.injection @ plant.D_u, plant.B_u, ROUNDING)
 
 
 @pytest.mark.parametrize("share", [1e-8, 1e-9])
@@ -191,5 +190,5 @@ def test_a_mode_that_is_hardly_disturbed_is_not_taken_for_settled(share: float) 
     at_once = kalman.kalman_centre(problem(plant, (2,)))
     with patch.object(kalman, "_in_scales", return_value=None):
         careful = kalman.kalman_centre(problem(plant, (2,)))
-    found, wanted = (back @ way.scaled.unscaled(way.states)[0] @ back.T for way in (at_once, careful))
+    found, wanted = (back @ way.design(way.states, np.inf).X[0] @ back.T for way in (at_once, careful))
     assert found[0, 0] == pytest.approx(wanted[0, 0], rel=1e-6)

@@ -17,15 +17,9 @@ from replication.estimation import multirate
 from replication.estimation.linear.norms import l2_gain, white_noise_variance
 from replication.estimation.multirate import MultiratePlant, losses
 from replication.estimation.multirate.kalman import kalman_design
-from replication.estimation.multirate.losses import automaton as mean
-from replication.estimation.multirate.losses import worst
-from replication.estimation.multirate.losses.automaton import (
-    Automaton,
-    along,
-    automaton,
-    mean_square,
-    mean_square_gains,
-)
+from replication.estimation.multirate.losses import running, worst
+from replication.estimation.multirate.losses.models import Automaton, along, automaton
+from replication.estimation.multirate.losses.running import mean_square, mean_square_gains
 from replication.estimation.multirate.losses.worst import Walks, central_gains, kernel, least_level, proved_level
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule, closed_loop
 from replication.estimation.validation import Array
@@ -341,7 +335,7 @@ def test_central_gains_keep_every_level_above_the_least(factor: float) -> None:
     given = automaton(problem, LOST)
     walks = Walks(problem, given, 1.0)
     opened = [walks.open_loop(i) for i in range(len(given.edges))]
-    kernels = [kernel(seen, moved.shape[1]) for moved, seen in opened]
+    kernels = [kernel(seen) for _, seen in opened]
     storage = least_level(walks, [moved for moved, _ in opened], kernels)
     squared = factor**2 * storage.squared
     gains = central_gains(walks, storage, squared)
@@ -350,7 +344,7 @@ def test_central_gains_keep_every_level_above_the_least(factor: float) -> None:
 
 
 def test_covariances_with_too_many_entries_are_refused(best: multirate.MultirateResult) -> None:
-    with patch.object(mean, "MOST_UNKNOWNS", 2), pytest.raises(InvalidInputError, match="entries, more than 2;"):
+    with patch.object(running, "MOST_UNKNOWNS", 2), pytest.raises(InvalidInputError, match="entries, more than 2;"):
         losses.analyse(best, losses.Independent(0.1))
 
 

@@ -12,7 +12,7 @@ from multirate_examples import PAPER, problem
 from replication.drawing.panels import draw
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation import dualrate, multirate
-from replication.estimation.dualrate.slow.controller import MARGIN
+from replication.estimation.dualrate.slow.result import MARGIN
 from replication.estimation.linear.norms import l2_gain, worst_case_response
 from replication.estimation.linear.periodic import simulate
 from replication.estimation.multirate import facade

@@ -13,11 +13,11 @@ from multirate_examples import PAPER, problem
 from replication.errors import InvalidInputError
 from replication.estimation import multirate
 from replication.estimation.linear.norms import GainBracket
-from replication.estimation.linear.periodic import simulate
+from replication.estimation.linear.periodic import PeriodicSystem, Stage, simulate
 from replication.estimation.multirate import MultiratePlant
 from replication.estimation.multirate import optimum as search
-from replication.estimation.multirate.optimum import kalman_design, optimum, search_timing
-from replication.estimation.multirate.problem import SensingSchedule, distinct_offsets, observer_system
+from replication.estimation.multirate.optimum import optimum, search_timing
+from replication.estimation.multirate.problem import SensingSchedule, distinct_offsets
 from tests.tolerances import AGREEMENT
 
 
@@ -118,7 +118,7 @@ DRIVEN = problem(replace(PAPER, B_u=np.array([[1.0, 0], [0, 2], [1, 1]])), (2, 3
 def test_plant_minus_observer_is_the_error_system() -> None:
     """u moves plant and observer alike, and what is left is driven by d and w as the error system says."""
     rng, plant, T = np.random.default_rng(8), DRIVEN.plant, 60
-    gains = kalman_design(DRIVEN).gains
+    result = multirate.design(plant, periods=(2, 3), offsets=(0, 1), goal="h2")
     u, d, w = rng.normal(size=(T, 2)), rng.normal(size=(T, 1)), rng.normal(size=(T, 2))
     x, states = np.zeros(3), []
     for k in range(T):
@@ -126,6 +126,7 @@ def test_plant_minus_observer_is_the_error_system() -> None:
         x = plant.A @ x + plant.B_u @ u[k] + plant.B_d @ d[k]
     measured = np.array(states) @ plant.C.T + w @ plant.D.T
     measured[~DRIVEN.schedule.mask[np.arange(T) % 6]] = 1e3  # what is not measured must not matter
-    estimates = simulate(observer_system(DRIVEN, gains), np.hstack([u, measured]))
-    errors = simulate(DRIVEN.error_system(gains), np.hstack([d, w]))
-    np.testing.assert_allclose(np.array(states) @ plant.W.T - estimates, errors, atol=1e-8)
+    drives = [(phase, np.hstack([phase.input, phase.injection])) for phase in result.phases().phases]
+    observer = PeriodicSystem(tuple(Stage(p.transition, drive, plant.W, np.zeros((3, 4))) for p, drive in drives))
+    errors = simulate(result.error_system(), np.hstack([d, w]))
+    np.testing.assert_allclose(states @ plant.W.T - simulate(observer, np.hstack([u, measured])), errors, atol=1e-8)

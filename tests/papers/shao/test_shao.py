@@ -17,9 +17,8 @@ from papers.shao.printed import APO, DESIGN, FAST, RESTARTED, literal_loop
 from papers.shao.printed import COUNTEREXAMPLE as SCALAR
 from replication.audit.model import Verdict
 from replication.errors import InfeasibleError
-from replication.estimation.dualrate.loop import stability_radius
+from replication.estimation.dualrate.loop import stability_radius, tracking_error_ratio
 from replication.estimation.dualrate.problem import dual_rate_design, make_plant
-from replication.estimation.dualrate.response import tracking_error_ratio
 from replication.verify import subjects
 
 BLOCKS = tuple(f"shao.{name}" for name in SEARCH)

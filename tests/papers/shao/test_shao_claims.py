@@ -25,8 +25,8 @@ from papers.shao.method.readings import windowed_errors
 from papers.shao.method.search import search_block
 from papers.shao.printed import APO, COLUMNS, DESIGN, PMI, READINGS, START
 from replication.audit.model import NO_READING, Verdict
+from replication.estimation.dualrate.loop import Points, time_response
 from replication.estimation.dualrate.problem import make_plant
-from replication.estimation.dualrate.response import Points, time_response
 
 CLAIMS = {claim.id.removeprefix("shao."): claim for claim in PAPER.claims}
 

@@ -9,9 +9,15 @@ import scipy.signal
 from papers.shao.method.readings import STRUCTURES, Reading, ReadingSpace, Start, Structure, current, error_ratios
 from papers.shao.method.search import Column, merge, reading_of, search_block
 from papers.shao.printed import DESIGN, MOTOR, START, literal_loop
-from replication.estimation.dualrate.loop import close_loop, monodromy, stability_radius
+from replication.estimation.dualrate.loop import (
+    Points,
+    close_loop,
+    monodromy,
+    stability_radius,
+    time_response,
+    tracking_error_ratio,
+)
 from replication.estimation.dualrate.observers import OBSERVERS
-from replication.estimation.dualrate.response import Points, time_response, tracking_error_ratio
 
 SPACE = ReadingSpace(MOTOR, DESIGN, tuple(START), (0.5, 1.5, 3.0), horizon=12, substeps=5)
 APO, PMI = "alternating_predictive", "held_measurement"

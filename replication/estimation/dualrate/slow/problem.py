@@ -1,8 +1,12 @@
-"""A plant with slow sensors and inputs, sampled at the fast period T: what a design at the slow rate is made for.
+"""A plant with slow sensors and inputs, sampled at the fast period T, and its controller at a level.
 
 Sensor i delivers y_i = C_i x + noise at every ratio_i-th instant; input j changes at every ratio_j-th and is held. The
 process noise w acts in continuous time; over one period it is G d with G G' = int e^{As} W e^{A's} ds, which has the
 same covariance and, as a map from square-integrable w, the same gain.
+
+At an infinite level the controller is the linear-quadratic-Gaussian one. The command at an instant uses the readings
+before it, so that one fast period is left to compute. Source: Basar and Bernhard, H-infinity-Optimal Control (2nd ed.,
+1995), ch. 3 and 6: the discrete-time game with delayed measurements; here all is periodic, and inputs may be held.
 """
 
 from collections.abc import Iterator
@@ -14,11 +18,12 @@ from typing import Any, Self
 import numpy as np
 import scipy
 
-from replication.errors import InfeasibleError, InvalidInputError
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.dualrate.observers import Held, held
-from replication.estimation.dualrate.problem import MAX_RATIO, Plant, folded_mode
-from replication.estimation.dualrate.steady import Steady, steady_of
-from replication.estimation.linear.periodic import balanced_units
+from replication.estimation.dualrate.problem import MAX_RATIO, Plant, Steady, folded_mode, steady_of
+from replication.estimation.linear.periodic import balanced_units, block_diagonal, monodromy
+from replication.estimation.linear.riccati import RiccatiMap, reversed_in_time, stacked
+from replication.estimation.multirate.kalman import semidefinite, stationary
 from replication.estimation.multirate.problem import SensingSchedule
 from replication.estimation.nonuniform.stamped.transition import Transition
 from replication.estimation.validation import (
@@ -234,3 +239,176 @@ def _still(problem: SlowProblem, ratio: int) -> Array:
     A = problem.plant.A
     shifted = A - max(0.0, float(np.max(np.linalg.eigvals(A).real))) * np.eye(len(A))
     return np.asarray(scipy.linalg.expm(shifted * ratio * problem.period))
+
+
+STABLE = 1 - 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Controller:
+    """At each instant of the period: u = K o, o = (x^, u before); x^+ = A x^ + B u + L y.
+
+    A (N, n, n); L (N, n, p), zero for sensors that do not deliver; K (N, m, n + m), of which rows of inputs that do not
+    change repeat the input before.
+    """
+
+    A: Array
+    L: Array
+    K: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Equations:
+    """The Riccati equations of a problem `in_natural_units`, t and r; z and the noise are in units of their weights."""
+
+    problem: SlowProblem
+    t: Array
+    r: Array
+
+    @cached_property
+    def information(self) -> list[tuple[Array, Array]]:
+        """For each instant C'V^-1 with zero columns for sensors that do not deliver, and C'V^-1 C."""
+        C, V = self.problem.plant.C, self.problem.sensor_noise
+        known: dict[tuple[int, ...], tuple[Array, Array]] = {}
+        for rows in map(tuple, self.problem.measured()):
+            if rows not in known:
+                weighed, due = np.zeros(C.T.shape), list(rows)
+                weighed[:, due] = np.linalg.solve(V[np.ix_(due, due)], C[due]).T
+                known[rows] = (weighed, weighed @ C)
+        return [known[tuple(rows)] for rows in self.problem.measured()]
+
+    def filtering(self, level: float) -> RiccatiMap:
+        """Of the error covariance, forwards in time."""
+        A, G = self.problem.sampled.state, self.problem.noise
+        lost = self.problem.period * self.problem.state_weight / level**2
+        return stacked(RiccatiMap(A, information - lost, G @ G.T) for _, information in self.information)
+
+    def regulating(self, level: float) -> list[tuple[RiccatiMap, Array, Array]]:
+        """Of the cost to go on (x, u before), for each instant; then R^-1 B' and the fixed part of what changes."""
+        p, step = self.problem, self.problem.sampled
+        (n, m), Q, R = step.input.shape, p.period * p.state_weight, p.period * p.input_weight
+        worst = np.zeros((n + m, n + m))
+        worst[:n, :n] = p.noise @ p.noise.T / level**2
+        stages = {}
+        for S in p.changed():
+            hold = np.eye(m) - S
+            weight = S @ R @ S + hold
+            fixed = np.zeros((m, n + m))
+            fixed[:, n:] = -np.linalg.solve(weight, S @ R @ hold)
+            drive = np.vstack([step.input @ S, S])
+            free = np.block([[step.state, step.input @ hold], [np.zeros((m, n)), hold]]) + drive @ fixed
+            cost = block_diagonal([Q, hold @ R @ hold])
+            cost[n:, n:] -= fixed[:, n:].T @ weight @ fixed[:, n:]
+            moves = np.asarray(np.linalg.solve(weight, drive.T), dtype=float)
+            stages[S.tobytes()] = (RiccatiMap(free.T, drive @ moves - worst, cost), moves, fixed)
+        return [stages[S.tobytes()] for S in p.changed()]
+
+    def margin(self, level: float) -> float:
+        """How far the conditions of the level are met; some controller keeps the level iff it is positive."""
+        return self._solved(level)[1]
+
+    def at(self, level: float) -> Controller | None:
+        """The controller for the level; None if there is none."""
+        solved, margin = self._solved(level)
+        if solved is None or margin <= 0:
+            return None
+        A, L = self.observing(solved[0], level)
+        return Controller(A, L, self.commanding(*solved, level))
+
+    def observing(self, sigma: Array, level: float) -> tuple[Array, Array]:
+        """A (N, n, n) and L (N, n, p) of the observer, in the given units; sigma: the covariance at each instant."""
+        n, observed = self.problem.plant.order, []
+        for X, A, G, (weighed, _) in zip(sigma, *self.filtering(level)[:2], self.information, strict=True):
+            gain = A @ np.linalg.solve(np.eye(n) + X @ G, X)
+            observed.append((A - gain @ G, gain @ weighed))
+        A, L = (np.stack(parts) for parts in zip(*observed, strict=True))
+        return A * self.t[:, None] / self.t, L * self.t[:, None]
+
+    def commanding(self, sigma: Array, cost: Array, level: float) -> Array:
+        """K (N, m, n + m), in the given units; cost: to go on, at each instant."""
+        p, laws = self.problem, []
+        n, m = p.plant.B_u.shape
+        for k, ((stage, moves, fixed), S) in enumerate(zip(self.regulating(level), p.changed(), strict=True)):
+            following = cost[(k + 1) % len(cost)]
+            after = following @ np.linalg.solve(np.eye(n + m) + stage.G @ following, stage.A.T)
+            worst = np.eye(n + m)  # x^ is not what the command acts on, but the state that is worst for it
+            worst[:n] -= sigma[k] @ cost[k][:n] / level**2
+            law = np.linalg.solve(worst.T, (fixed - moves @ after).T).T
+            law[:, n:] += np.eye(m) - S
+            laws.append(law)
+        return np.asarray(np.stack(laws) * self.r[:, None] / np.concatenate([self.t, self.r]))
+
+    def covariance(self, level: float) -> Array | None:
+        """Of the error at each instant."""
+        return _solution(self.filtering(level), self.problem.plant.order)
+
+    def cost(self, level: float) -> Array | None:
+        """To go on, at each instant; it runs backwards in time."""
+        back = _solution(
+            reversed_in_time(stacked(stage for stage, *_ in self.regulating(level))), sum(self.problem.plant.B_u.shape)
+        )
+        return None if back is None else np.roll(back[::-1], 1, axis=0)
+
+    def _solved(self, level: float) -> tuple[tuple[Array, Array] | None, float]:
+        """Covariance and cost at each instant, or None, and the margin."""
+        sigma, cost = self.covariance(level), self.cost(level)
+        if sigma is None or cost is None:
+            return None, -1.0
+        return (sigma, cost), _margin(self.problem, sigma, cost, level)
+
+
+def _solution(maps: RiccatiMap, size: int) -> Array | None:
+    """The stabilising periodic solution (N, size, size), or None."""
+    states = stationary(maps, np.broadcast_to(np.eye(size), maps.A.shape))
+    if states is None or not np.all(np.isfinite(states)) or not semidefinite(states):
+        return None
+    try:
+        closed = np.linalg.solve((np.eye(size) + states @ maps.G).mT, maps.A.mT).mT
+    except np.linalg.LinAlgError:
+        return None
+    return states if np.max(np.abs(np.linalg.eigvals(monodromy(np.asarray(closed, dtype=float))))) < STABLE else None
+
+
+def _margin(problem: SlowProblem, sigma: Array, cost: Array, level: float) -> float:
+    """1 - (largest eigenvalue of G'M G, Sigma Q and Sigma~ M)/level^2; one at an infinite level.
+
+    Sigma~ is the covariance at the next instant without the reading of this one, which the command does not know yet.
+    """
+    A, G, Q = problem.sampled.state, problem.noise, problem.period * problem.state_weight
+    n = len(A)
+    after = np.roll(cost, -1, axis=0)[:, :n, :n]
+    largest = max(np.linalg.eigvalsh(G.T @ after @ G).max(), np.abs(np.linalg.eigvals(sigma @ Q)).max())
+    if largest >= level**2:
+        return 1.0 - float(largest) / level**2
+    unseen = A @ np.linalg.solve(np.eye(n) - sigma @ Q / level**2, sigma) @ A.T + G @ G.T
+    return 1.0 - float(max(largest, np.abs(np.linalg.eigvals(unseen @ after)).max())) / level**2
+
+
+def central(problem: SlowProblem, level: float) -> Controller:
+    """The controller of least entropy that keeps a level above the least; raises SolverError if rounding spoils it."""
+    controller = Equations(*in_natural_units(problem)).at(level) if not problem.loads else _under_loads(problem)
+    if controller is None:
+        raise SolverError(problem.lost())
+    return controller
+
+
+def _under_loads(problem: SlowProblem) -> Controller | None:
+    """The linear-quadratic-Gaussian controller that estimates the loads and takes x and u to where they hold them."""
+    observer, regulator = (Equations(*in_natural_units(part)) for part in (problem, problem.unloaded))
+    sigma, cost, steady = observer.covariance(np.inf), regulator.cost(np.inf), problem.steady
+    if steady is None or sigma is None or cost is None:
+        return None
+    size, m = steady.inner.B_u.shape
+    K = regulator.commanding(np.zeros((len(cost), size, size)), cost, np.inf)
+    held = steady.inputs[:, : steady.loads] @ steady.load
+    inner = np.block([[steady.deviation, np.zeros((size, m))], [-held, np.eye(m)]])
+    return Controller(*observer.observing(sigma, np.inf), K @ inner + np.hstack([held, np.zeros((m, m))]))
+
+
+def covariances(problem: SlowProblem) -> Array:
+    """Of the error of the Kalman filter before each reading (N, n, n); raises SolverError if rounding spoils it."""
+    equations = Equations(*in_natural_units(problem))
+    sigma = equations.covariance(np.inf)
+    if sigma is None:
+        raise SolverError(problem.lost())
+    return sigma * np.outer(equations.t, equations.t)

@@ -1,8 +1,8 @@
-"""What a design at the slow rate guarantees, as a result: observer, running controller, state space, plot."""
+"""What a design at the slow rate guarantees: closed loops and their levels by one measure, and the result to run."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from math import isfinite
@@ -10,34 +10,222 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from replication.errors import InfeasibleError
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.design import Design, Solution
 from replication.estimation.api.export import Phase, Recursion
 from replication.estimation.api.plants import Signals, each_instant
-from replication.estimation.api.results import Evidence
+from replication.estimation.api.results import Evidence, baselines
 from replication.estimation.api.running import PeriodicObserver, statespace
 from replication.estimation.api.shown import Goal, Measures, Traded, balanced
-from replication.estimation.dualrate.loop import Driven, driven
-from replication.estimation.dualrate.slow.controller import (
-    MARGIN,
-    Controller,
-    beside,
-    central,
-    closed,
-    gain,
-    kalman,
-    least_level,
-    loop_steps,
-    measures,
-    noise_to_output,
-    of_continuous_gains,
-    root_mean_square,
-)
-from replication.estimation.dualrate.slow.problem import SlowProblem
-from replication.estimation.dualrate.steady import steady_error
-from replication.estimation.linear.norms import GainBracket
-from replication.estimation.linear.periodic import PeriodicSystem
-from replication.estimation.validation import Array, StateSpace
+from replication.estimation.dualrate.loop import Driven, DualRateLoop, LoopStep, close_loop, driven, loop_step
+from replication.estimation.dualrate.observers import OBSERVERS, ObserverStep
+from replication.estimation.dualrate.problem import DualRateDesign
+from replication.estimation.dualrate.result import DualRateResult, Weights, steady_error
+from replication.estimation.dualrate.slow.problem import Controller, Equations, SlowProblem, central, in_natural_units
+from replication.estimation.linear.norms import GainBracket, l2_gain, white_noise_variance
+from replication.estimation.linear.periodic import PeriodicSystem, Stage
+from replication.estimation.multirate.optimum import noncausal_bound
+from replication.estimation.multirate.plant import MultiratePlant
+from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
+from replication.estimation.validation import Array, StateSpace, root
+
+SILENT = 1e-60
+"""A mean square below it is zero."""
+
+
+def closed(problem: SlowProblem, controller: Controller) -> PeriodicSystem:
+    """State (x, x^, u before); inputs d and the noise of the readings, in units of their weights; outputs T^(1/2) z.
+
+    With loads, x and u less what holds them, and x - x^: the loads, which stand still, are left out.
+    """
+    system, steady = joint(problem, controller), problem.steady
+    if steady is None or not steady.loads:
+        return system
+    (n, m), off, back = problem.plant.B_u.shape, steady.deviation, steady.back
+    held = steady.inputs[:, : steady.loads] @ steady.load
+    to = np.block(
+        [
+            [off, np.zeros((len(off), n + m))],
+            [np.eye(n), -np.eye(n), np.zeros((n, m))],
+            [-held, np.zeros((m, n)), np.eye(m)],
+        ]
+    )
+    rest = np.zeros((n, m))
+    of = np.block([[back, np.zeros((n, n)), rest], [back, -np.eye(n), rest], [np.zeros((m, len(off) + n)), np.eye(m)]])
+    return PeriodicSystem(tuple(Stage(to @ A @ of, to @ B, C @ of, D) for A, B, C, D in system.stages))
+
+
+def joint(problem: SlowProblem, controller: Controller) -> PeriodicSystem:
+    """`closed` with the loads among its states."""
+    return _weighed(problem, loop_steps(problem, controller), problem.measured())
+
+
+def loop_steps(problem: SlowProblem, controller: Controller) -> list[LoopStep]:
+    """The loop of (x, x^, u before), instant by instant."""
+    step, C, n = problem.sampled, problem.plant.C, problem.plant.order
+    rest = np.zeros(n, complex), np.eye(n), np.zeros((n, len(C)))
+    return [
+        loop_step(K, ObserverStep(A, step.input, L, *rest), step, C)
+        for A, L, K in zip(controller.A, controller.L, controller.K, strict=True)
+    ]
+
+
+def of_gains(problem: SlowProblem, loop: DualRateLoop) -> PeriodicSystem:
+    """The same of a loop with gains that were designed in continuous time and one slow sensor period."""
+    every = list(range(len(problem.plant.C)))
+    return _weighed(problem, loop.steps, [every if np.any(step.noise) else [] for step in loop.steps])
+
+
+def _weighed(problem: SlowProblem, steps: Sequence[LoopStep], read: Sequence[list[int]]) -> PeriodicSystem:
+    """The loop in units of the weights; read: the sensors whose noise counts at each instant."""
+    pairs = zip(steps, read, strict=True)
+    return PeriodicSystem(tuple(_stage(problem, s.state, s.noise[:, due], due, s.input_state) for s, due in pairs))
+
+
+def alone(problem: SlowProblem) -> PeriodicSystem:
+    """The plant with the input zero."""
+    n, m = problem.sampled.input.shape
+    return PeriodicSystem((_stage(problem, problem.sampled.state, np.zeros((n, 0)), [], np.zeros((m, n))),))
+
+
+def noise_to_output(problem: SlowProblem, loop: PeriodicSystem) -> PeriodicSystem:
+    """From readings' noise of unit size to the plant outputs, weighted so that the gain is one of root mean squares."""
+    plant, skipped = problem.unloaded.plant, problem.noise.shape[1]
+    rows = len(plant.C)
+    measured = problem.measured()
+    readings = sum(len(due) for due in measured) / rows
+    output = np.zeros((rows, loop.order))
+    output[:, : plant.order] = np.sqrt(readings / len(measured)) * plant.C
+    stages = []
+    for stage, due in zip(loop.stages, measured, strict=True):
+        units = root(problem.sensor_noise[np.ix_(due, due)])
+        noise = np.asarray(np.linalg.solve(units.T, stage.B[:, skipped:].T).T, dtype=float)
+        stages.append(Stage(stage.A, noise, output, np.zeros((rows, noise.shape[1]))))
+    return PeriodicSystem(tuple(stages))
+
+
+def gain(problem: SlowProblem, loop: PeriodicSystem) -> GainBracket:
+    """The l2 gain of a loop that was designed to be stable; raises SolverError where it is not, by rounding."""
+    try:
+        # The norm is searched for around levels whose squares must be numbers.
+        return l2_gain(loop) if white_noise_variance(loop) > SILENT else GainBracket(0.0, 0.0, 0.0)
+    except InfeasibleError:
+        raise SolverError(problem.lost()) from None
+
+
+def root_mean_square(problem: SlowProblem, loop: PeriodicSystem) -> float:
+    """Of z at the fast instants, for white noise of the given intensities; raises as `gain`."""
+    try:
+        return float(np.sqrt(white_noise_variance(loop) / problem.period))
+    except InfeasibleError:
+        raise SolverError(problem.lost()) from None
+
+
+def _stage(problem: SlowProblem, transition: Array, read: Array, due: list[int], u: Array) -> Stage:
+    """One instant; read: effect of the noise of the readings that are due, u: the input by the state."""
+    n, size = problem.plant.order, len(transition)
+    drive = np.zeros((size, n))
+    drive[:n] = problem.noise
+    noise = np.hstack([drive, read @ root(problem.sensor_noise[np.ix_(due, due)])])
+    rows = np.hstack([root(problem.state_weight).T, np.zeros((n, size - n))])
+    z = np.sqrt(problem.period) * np.vstack([rows, root(problem.input_weight).T @ u])
+    return Stage(transition, noise, z, np.zeros((len(z), noise.shape[1])))
+
+
+MEASURE = "exact gain of the closed loop from process and sensor noise to (x, u)"
+SEARCH_WIDTH = 1e-6
+"""Relative width of the bracket of the least level."""
+DOUBLINGS = 60
+MARGIN = 0.01
+"""Relative distance above the least level at which gains are computed: nearer to it they grow without bound."""
+
+
+def kalman(problem: SlowProblem) -> tuple[Controller, GainBracket]:
+    """The linear-quadratic-Gaussian controller and its level; raises SolverError if rounding spoils it."""
+    controller = central(problem, np.inf)
+    return controller, gain(problem, closed(problem, controller))
+
+
+def measures(problem: SlowProblem, level: float) -> Measures:
+    """Exact gain and root mean square of `central`."""
+    loop = closed(problem, central(problem, level))
+    return gain(problem, loop).upper, root_mean_square(problem, loop)
+
+
+def least_level(problem: SlowProblem, reached: float) -> tuple[float, float]:
+    """Bracket of the least level of any controller at these rates; reached: a level that some controller has.
+
+    Raises InvalidInputError if the least level is zero, SolverError if rounding hides it.
+    """
+    if problem.loads:
+        raise InvalidInputError(
+            'under constant loads the gains are those of goal="h2"; leave the loads out, or take that'
+        )
+    if problem.decays and not (np.any(problem.state_weight) and np.any(problem.process_noise)):
+        raise InvalidInputError(
+            "the least worst-case gain is zero: no noise reaches a weighted state; give state_weight and process_noise"
+        )
+    equations = Equations(*in_natural_units(problem))
+    high = next((level for level in _doubled(reached, 2.0) if equations.margin(level) > 0), None)
+    low = None if high is None else next((level for level in _doubled(high, 0.5) if equations.margin(level) <= 0), None)
+    if high is None or low is None:
+        raise SolverError(problem.lost())
+    while high - low > SEARCH_WIDTH * high:
+        middle = (low + high) / 2
+        low, high = (low, middle) if equations.margin(middle) > 0 else (middle, high)
+    return low, high
+
+
+def _doubled(level: float, factor: float) -> Iterator[float]:
+    return (level * factor**power for power in range(DOUBLINGS))
+
+
+def limit(problem: SlowProblem) -> float | None:
+    """A bound for those who know all measurements, past and future, and set every input at each instant.
+
+    By Parrott's theorem the least gain of T11 + T12 Q T21 over all, also non-causal, Q is the larger of those of T11
+    off the range of T12 and of T11 off the row space of T21: the bound of a smoother, and that of its dual. None if
+    rounding spoils both.
+    """
+    if problem.loads:
+        return None
+    A, B = problem.sampled.state, problem.sampled.input
+    output = np.sqrt(problem.period) * root(problem.state_weight).T
+    effort = np.sqrt(problem.period) * root(problem.input_weight)
+    sensors, always = problem.sensors, SensingSchedule((1,) * B.shape[1])
+    sensor = MultiratePlant(A=A, B_d=problem.noise, C=problem.plant.C, D=root(problem.sensor_noise), W=output)
+    dual = MultiratePlant(A=A.T, B_d=output.T, C=B.T, D=effort, W=problem.noise.T)
+    limits = []
+    for plant, schedule in ((sensor, sensors), (dual, always)):
+        try:
+            limits.append(noncausal_bound(MultirateProblem(plant, schedule)).lower)
+        except (InvalidInputError, SolverError):
+            continue
+    return max(limits, default=None)
+
+
+def of_continuous_gains(problem: SlowProblem, observer: str) -> float | None:
+    """The level of K and L that are designed in continuous time for the same noise; None if that loop is unstable.
+
+    A reading of covariance V every h seconds is noise of intensity h V.
+    """
+    slow = problem.period * problem.sensors.periods[0]
+    weights = Weights(problem.state_weight, problem.input_weight, problem.process_noise, slow * problem.sensor_noise)
+    try:
+        gains = DualRateResult.solve(problem.plant, weights).gains
+    except InfeasibleError:
+        return None
+    design = DualRateDesign(problem.plant, gains["K"], gains["L"], problem.period, problem.sensors.periods[0])
+    loop = of_gains(problem, close_loop(design, OBSERVERS[observer]))
+    return gain(problem, loop).upper if loop.spectral_radius() < 1 else None
+
+
+def beside(problem: SlowProblem, level: float, of_kalman: float) -> tuple[Evidence, ...]:
+    """What a level is worth: without sensors, of the Kalman filter, of the non-causal limit; advice."""
+    without = gain(problem, alone(problem)).upper if problem.decays else None
+    compared = 0.0 if without == 0.0 else level  # what is left of a level then is rounding
+    return baselines(compared, MEASURE, without=without, kalman=of_kalman, limit=limit(problem))
+
 
 GOALS = {Goal.H2: "linear-quadratic-Gaussian", Goal.HINF: "H-infinity", Goal.MIXED: "least entropy at a level"}
 

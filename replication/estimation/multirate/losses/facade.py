@@ -16,35 +16,26 @@ from replication.drawing.panels import Panel
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.api.results import Bracket, Evidence, GainResult, baselines
 from replication.estimation.api.shown import Simulation, as_text, simulated
-from replication.estimation.linear.norms import (
-    gain_curve,
-    gain_if_finite,
-    l2_gain,
-    rms_if_finite,
-    worst_case_response,
-)
+from replication.estimation.linear.norms import gain_curve, gain_if_finite, l2_gain, rms_if_finite, worst_case_response
 from replication.estimation.multirate.kalman import kalman_design
-from replication.estimation.multirate.losses.automaton import (
+from replication.estimation.multirate.losses.models import (
     Automaton,
+    InARow,
+    LossModel,
     Word,
     along,
     automaton,
     gains_by_edge,
-    mean_square,
-    mean_square_gains,
     patterns,
     require_detectable,
-    require_seen,
 )
-from replication.estimation.multirate.losses.models import InARow, LossModel
 from replication.estimation.multirate.losses.running import (
     DrawnLosses,
     LossObserver,
-    drawn_errors,
-    drawn_nodes,
-    drawn_walks,
-    kalman_errors,
-    mean_and_error,
+    drawn_losses,
+    mean_square,
+    mean_square_gains,
+    require_seen,
 )
 from replication.estimation.multirate.losses.worst import bracket, found_level, least_gains
 from replication.estimation.multirate.problem import MultirateProblem, disturbances
@@ -102,9 +93,8 @@ class LossResult(GainResult):
     def rows(self) -> list[tuple[str, str, str]]:
         """The value, the gains, and what else is known."""
         level, bracket, *others = super().rows()
-        if not self.random:
-            return [level, bracket, *others]
-        return [("rms error", as_text(self.value), self.quantity), *others]
+        shown = [("rms error", as_text(self.value), self.quantity)] if self.random else [level, bracket]
+        return [*shown, *others]
 
     def panels(self) -> tuple[Panel, ...]:
         """The gain over the frequency for the worst pattern; of a mean error its size over the period."""
@@ -124,13 +114,26 @@ class LossResult(GainResult):
         return (Panel(time, "time in the schedule (s)", "rms error", curves, levels, steps=True),)
 
 
-def loss_result(base: MultirateResult, model: LossModel, gains: Array | None = None) -> LossResult:
+def _cases(result: MultirateResult, model: LossModel) -> tuple[Automaton, list[Word]]:
+    """All that may happen, and under `InARow` its periodic patterns; InvalidInputError where a mode stays hidden."""
+    MultirateResult.require(result)
+    if not isinstance(model, LossModel):
+        raise InvalidInputError(f"model must be an InARow, Independent or Markov, got {type(model).__name__}")
+    cases = automaton(result.problem, model)
+    if isinstance(model, InARow):
+        return cases, require_detectable(result.problem, cases)
+    require_seen(result.problem, cases)
+    return cases, []
+
+
+def _loss_result(
+    base: MultirateResult, model: LossModel, cases: Automaton, words: list[Word], gains: Array | None = None
+) -> LossResult:
     """What `gains` (cases, n, q), or those of `base`, are worth under losses."""
-    problem, cases = base.problem, automaton(base.problem, model)
-    fixed = gains_by_edge(cases, base.gains["L"])
+    problem, fixed = base.problem, gains_by_edge(cases, base.gains["L"])
     used = fixed if gains is None else gains
     if isinstance(model, InARow):
-        limits, evidence, worst = _worst_case(problem, cases, used, fixed)
+        limits, evidence, worst = _worst_case(problem, cases, words, used, fixed)
         quantity = f"{base.quantity}, {model}, in any pattern"
     else:
         limits, evidence = _mean_error(problem, cases, used, fixed)
@@ -169,10 +172,9 @@ def _unaware(
 
 
 def _worst_case(
-    problem: MultirateProblem, cases: Automaton, gains: Array, fixed: Array
+    problem: MultirateProblem, cases: Automaton, words: list[Word], gains: Array, fixed: Array
 ) -> tuple[Bracket, tuple[Evidence, ...], Word]:
     """The gain in any pattern, what else is known, and the worst pattern found."""
-    words = require_detectable(problem, cases)
     worst = bracket(problem, cases, gains, words)
     shown = patterns(cases.edges, worst.word)
     without = gain_if_finite(problem.without_sensors())
@@ -197,7 +199,6 @@ def _mean_error(
     problem: MultirateProblem, cases: Automaton, gains: Array, fixed: Array
 ) -> tuple[Bracket, tuple[Evidence, ...]]:
     """The rms error, and what else is known."""
-    require_seen(problem, cases)
     mean = mean_square(problem, cases, gains)
     how = "covariances of all cases, by linear equations"
     kalman, without = rms_error(problem, kalman_design(problem).gains), rms_if_finite(problem.without_sensors())
@@ -214,10 +215,6 @@ def _mean_error(
         ),
     )
     return Bracket(mean.rms, mean.rms, how), evidence
-
-
-SHARE = 10
-"""The covariance of the Kalman filter counts after this part of the steps: it has forgotten its start then."""
 
 
 def analyse(result: MultirateResult, model: LossModel) -> LossResult:
@@ -259,8 +256,7 @@ def analyse(result: MultirateResult, model: LossModel) -> LossResult:
     >>> best.value < analyse(best, InARow(1)).value
     True
     """
-    _require(result, model)
-    return loss_result(result, model)
+    return _loss_result(result, model, *_cases(result, model))
 
 
 def design(result: MultirateResult, model: LossModel) -> LossResult:
@@ -286,13 +282,12 @@ def design(result: MultirateResult, model: LossModel) -> LossResult:
     SolverError
         Nothing was proved.
     """
-    _require(result, model)
-    problem, cases = result.problem, automaton(result.problem, model)
+    cases, words = _cases(result, model)
     if isinstance(model, InARow):
-        require_detectable(problem, cases)
-        return loss_result(result, model, least_gains(problem, cases, result.value))
-    require_seen(problem, cases)
-    return loss_result(result, model, mean_square_gains(problem, cases))
+        gains = least_gains(result.problem, cases, result.value)
+    else:
+        gains = mean_square_gains(result.problem, cases)
+    return _loss_result(result, model, cases, words, gains)
 
 
 def simulate(
@@ -340,27 +335,4 @@ def simulate(
         raise InvalidInputError("drawn losses need `rng`, for example numpy.random.default_rng(1)")
     if positive_integer("runs", runs) < 2:
         raise InvalidInputError("runs must be at least 2: one run has no standard error")
-    exact = mean_square(problem, result.automaton, gains)
-    nodes = drawn_nodes(result.automaton, exact.visited, runs, rng)
-    walks = list(drawn_walks(result.automaton, nodes, count, rng))
-    start = exact.X[nodes] / exact.visited[nodes][:, None, None]
-    whole = count - count % problem.schedule.period or count  # each phase counts alike
-    squares = drawn_errors(problem, gains, walks, start, rng)
-    known = kalman_errors(problem, result.automaton, walks, start)
-    mean, error = mean_and_error(squares[:whole])
-    kalman, kalman_error = mean_and_error(known[whole // SHARE :])
-    return DrawnLosses(
-        mean_square=mean,
-        standard_error=error,
-        exact=exact.rms**2,
-        kalman=kalman,
-        kalman_standard_error=kalman_error,
-        time=time,
-        course=squares.mean(axis=1),
-    )
-
-
-def _require(result: MultirateResult, model: LossModel) -> None:
-    MultirateResult.require(result)
-    if not isinstance(model, LossModel):
-        raise InvalidInputError(f"model must be an InARow, Independent or Markov, got {type(model).__name__}")
+    return drawn_losses(problem, result.automaton, gains, time, runs, rng)

@@ -1,41 +1,184 @@
-"""An observer that counts what was lost, in Python and in C; and simulations under losses."""
+"""Mean square errors under random losses, exact and drawn, the gains that make them least, and the observer that runs.
 
-from collections.abc import Iterator
+The exact ones solve linear equations between the covariances of the nodes (Costa, Fragoso and Marques, Discrete-Time
+Markov Jump Linear Systems, 2005). X_s is the mean of e e' where the walk is at node s, zero elsewhere. An edge s -> t
+of probability p adds p (A X_s A' + pi_s B B') to X_t: the error is stable in mean square iff that map shrinks over a
+period.
+"""
+
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import reduce
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from replication.drawing.panels import Panel
+from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.export import INSTANTS, c_file, source
 from replication.estimation.api.running import RunningObserver
 from replication.estimation.api.shown import Shown
-from replication.estimation.multirate.kalman import corrected, sensing
-from replication.estimation.multirate.losses.automaton import Automaton, Edge
-from replication.estimation.multirate.problem import MultirateProblem, closed_loop
+from replication.estimation.linear.riccati import symmetric
+from replication.estimation.multirate.kalman import Correction, corrected, sensing
+from replication.estimation.multirate.losses.models import Automaton, Edge
+from replication.estimation.multirate.problem import MultirateProblem, closed_loop, unseen_mode
 from replication.estimation.validation import Array
+
+MOST_UNKNOWNS = 1500
+"""Entries of the covariances of one phase."""
+RARE = 1e-13
+"""A node of a smaller probability is never visited."""
+ROUNDS, SETTLED, LOST = 20_000, 1e-13, 1e14
+"""Periods of the recursion for the gains; change at which it has settled, and growth beyond which it never will."""
+MARGIN = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class MeanSquare:
+    """visited: probability of each node at its phase; X (nodes, n, n): mean of e e' there; rms: of W e over a period;
+    radius: growth of the mean square over a period, without noise."""
+
+    visited: Array
+    X: Array
+    rms: float
+    radius: float
+
+
+def visits(cases: Automaton) -> Array:
+    """The stationary probability of each node at its phase, (nodes,).
+
+    From the start and one period on: the least-squares solution of pi T = pi, sum 1, of the chain at phase 0.
+    """
+    steps = _steps(cases, [np.array([[edge.probability]]) for edge in cases.edges])
+    system = np.vstack([np.eye(len(cases.nodes[0])) - _product(steps), np.ones(len(cases.nodes[0]))])
+    state, pi = np.linalg.lstsq(system, np.eye(len(system))[-1], rcond=None)[0], np.zeros(len(cases.phases))
+    for nodes, step in zip(cases.nodes, steps, strict=True):
+        pi[nodes], state = state, step @ state
+    return np.where(pi > RARE, pi, 0.0)
+
+
+def require_seen(problem: MultirateProblem, cases: Automaton) -> None:
+    """Raise InvalidInputError if an unstable mode is hidden from all samples that ever come."""
+    pi = visits(cases)
+    came = np.zeros((problem.schedule.period, problem.plant.sensors), dtype=bool)
+    for edge in cases.edges:
+        if pi[edge.source] > 0:
+            came[edge.phase] |= np.array(edge.arrived)
+    if (mode := unseen_mode(problem.plant, came.tolist())) is not None:
+        raise InvalidInputError(
+            f"the plant is not detectable under losses: the mode with multiplier {mode:.6g} over one period is seen by "
+            "no sample that ever comes; lower the probability of a loss, or add a sensor"
+        )
+
+
+def mean_square(problem: MultirateProblem, cases: Automaton, gains: Array) -> MeanSquare:
+    """The stationary mean square error of gains (edges, n, q); raises InfeasibleError if there is none."""
+    n, pi = problem.plant.order, visits(cases)
+    unknowns = max(map(len, cases.nodes)) * n * (n + 1) // 2
+    if unknowns > MOST_UNKNOWNS:
+        raise InvalidInputError(
+            f"the covariances of one instant have {unknowns} entries, more than {MOST_UNKNOWNS}; send the samples "
+            "together, or use a smaller plant"
+        )
+    loops = [closed_loop(problem.plant, gain) for gain in gains]
+    short, long = _halves(n)
+    maps = [edge.probability * short @ np.kron(A, A) @ long for edge, (A, _) in zip(cases.edges, loops, strict=True)]
+    steps = _steps(cases, maps)
+    period = _product(steps)
+    radius = float(np.max(np.abs(np.linalg.eigvals(period))))
+    if radius >= 1 - MARGIN:
+        raise InfeasibleError(
+            f"the mean square error grows by {radius:.6g} over each period of the schedule, so it has no stationary "
+            "value under these losses; design the gains for them, measure more often, or lose less"
+        )
+    added = np.zeros((len(cases.phases), len(short)))
+    for edge, (_, B) in zip(cases.edges, loops, strict=True):
+        added[edge.target] += edge.probability * pi[edge.source] * (short @ (B @ B.T).ravel())
+
+    def along(start: Array) -> list[Array]:
+        """The states of the nodes of each phase, and those of phase 0 after the period."""
+        states = [start]
+        for step, nodes in zip(steps, (*cases.nodes[1:], cases.nodes[0]), strict=True):
+            states.append(step @ states[-1] + added[nodes].ravel())
+        return states
+
+    start = np.asarray(np.linalg.solve(np.eye(len(period)) - period, along(np.zeros(len(period)))[-1]), dtype=float)
+    X = np.zeros((len(cases.phases), n, n))
+    for nodes, state in zip((*cases.nodes, cases.nodes[0]), along(start), strict=True):
+        X[nodes] = (state.reshape(len(nodes), -1) @ long.T).reshape(-1, n, n)
+    total = np.einsum("za,kab,zb->", problem.plant.W, X, problem.plant.W)
+    return MeanSquare(pi, X, float(np.sqrt(total / problem.schedule.period)), radius)
+
+
+def mean_square_gains(problem: MultirateProblem, cases: Automaton) -> Array:
+    """The gains (edges, n, q) with the least mean square error of all that know phase, memory and what came.
+
+    The coupled Riccati recursion from X = 0. Raises InfeasibleError if it grows without end: no gains keep the mean
+    square finite then; SolverError if it does not settle.
+    """
+    pi, n = visits(cases), problem.plant.order
+    X = np.zeros((len(cases.phases), n, n))
+    visited = np.array([edge.probability * pi[edge.source] for edge in cases.edges])
+    scale = float(np.trace(problem.plant.drive @ problem.plant.drive.T)) or 1.0
+    for _ in range(ROUNDS):
+        before = X
+        for ways in cases.by_phase:
+            step, targets = _corrected(problem, cases, pi, X, ways), [cases.edges[i].target for i in ways]
+            X = X.copy()
+            X[targets] = 0.0
+            np.add.at(X, targets, visited[ways, None, None] * symmetric(step.following))
+        size = float(np.abs(X).max())
+        if not np.isfinite(size) or size > LOST * scale:
+            raise InfeasibleError(
+                "too many samples are lost: no gains keep the mean square error finite; lose less, or measure more "
+                "often"
+            )
+        if np.abs(X - before).max() <= SETTLED * size:
+            return _corrected(problem, cases, pi, X, range(len(cases.edges))).L * (visited > 0)[:, None, None]
+    raise SolverError(
+        f"the gains under losses did not settle in {ROUNDS} periods: the losses are next to those at which the mean "
+        "square error becomes infinite; lose less, or measure more often"
+    )
+
+
+def _corrected(problem: MultirateProblem, cases: Automaton, pi: Array, X: Array, ways: Sequence[int]) -> Correction:
+    """Kalman filters at the mean errors X / pi of the nodes that these edges leave."""
+    plant, edges = problem.plant, [cases.edges[i] for i in ways]
+    sources = [edge.source for edge in edges]
+    P = X[sources] / np.where(pi > 0, pi, 1.0)[sources, None, None]
+    sensors = sensing(problem, np.array([edge.arrived for edge in edges]))
+    return corrected(plant.A, plant.drive @ plant.drive.T, sensors, P)
+
+
+def _halves(n: int) -> tuple[Array, Array]:
+    """Matrices that take the upper triangle of a symmetric (n, n) matrix, and give it back whole."""
+    rows, columns = np.triu_indices(n)
+    count = np.arange(len(rows))
+    short, long = np.zeros((len(rows), n * n)), np.zeros((n * n, len(rows)))
+    short[count, rows * n + columns] = 1.0
+    long[rows * n + columns, count] = long[columns * n + rows, count] = 1.0
+    return short, long
+
+
+def _steps(cases: Automaton, maps: list[Array]) -> list[Array]:
+    """The maps of the edges as one of the stacked states of all nodes of a phase to those of the next."""
+    size, place, steps = len(maps[0]), {node: i for nodes in cases.nodes for i, node in enumerate(nodes)}, list[Array]()
+    for ways, nodes, after in zip(cases.by_phase, cases.nodes, (*cases.nodes[1:], cases.nodes[0]), strict=True):
+        step = np.zeros((len(after), size, len(nodes), size))
+        for i in ways:
+            step[place[cases.edges[i].target], :, place[cases.edges[i].source]] += maps[i]
+        steps.append(step.reshape(len(after) * size, len(nodes) * size))
+    return steps
+
+
+def _product(steps: list[Array]) -> Array:
+    """The map over all steps, the first one first."""
+    return reduce(lambda total, step: step @ total, steps)
+
 
 USAGE = f"""{INSTANTS} s.unforeseen counts instants with more of them than the gains were
    made for, after which nothing is guaranteed."""
-
-
-def c_form(name: str, comment: str, problem: MultirateProblem, cases: Automaton, gains: Array) -> str:
-    """The C99 source for gains (edges, n, q); raises InvalidInputError if `name` is no C identifier."""
-    plant, starts = problem.plant, problem.plant.order - problem.plant.under_way
-    tables = {
-        "transition": plant.A, "output": plant.C, "gain": gains, "input": plant.B_u, "direct": plant.D_u,
-        # The edges of each node follow each other, as they were found.
-        "first": [0, *np.cumsum([len(leaving) for leaving in cases.out])],
-        "target": [edge.target for edge in cases.edges],
-        "phase": cases.phases,
-        "memory": cases.memories,
-        "arrived": [edge.arrived for edge in cases.edges],
-        "due": problem.schedule.mask,
-    }  # fmt: skip
-    sizes = {"order": plant.order, "starts": starts, "estimates": starts, "inputs": plant.B_u.shape[1]}
-    sizes |= {"measurements": plant.sensors, "nodes": len(cases.phases), "channels": len(cases.memories[0])}
-    return c_file(name, comment, USAGE, source("losses.c"), sizes, tables)
 
 
 class LossObserver(RunningObserver):
@@ -58,7 +201,20 @@ class LossObserver(RunningObserver):
 
     def to_c(self, name: str = "observer", comment: str = "") -> str:
         """As in `RunningObserver`; `missed` and `unforeseen` are counted there, too."""
-        return c_form(name, comment, self._problem, self._given, self._gains)
+        plant, cases = self._problem.plant, self._given
+        tables = {
+            "transition": plant.A, "output": plant.C, "gain": self._gains, "input": plant.B_u, "direct": plant.D_u,
+            # The edges of each node follow each other, as they were found.
+            "first": [0, *np.cumsum([len(leaving) for leaving in cases.out])],
+            "target": [edge.target for edge in cases.edges],
+            "phase": cases.phases,
+            "memory": cases.memories,
+            "arrived": [edge.arrived for edge in cases.edges],
+            "due": self._problem.schedule.mask,
+        }  # fmt: skip
+        sizes = {"order": plant.order, "starts": self.states, "estimates": self.states, "inputs": self.inputs}
+        sizes |= {"measurements": self.measurements, "nodes": len(cases.phases), "channels": len(cases.memories[0])}
+        return c_file(name, comment, USAGE, source("losses.c"), sizes, tables)
 
     def _begin(self, start: Array) -> None:
         self._state = np.zeros(self._problem.plant.order)
@@ -139,10 +295,32 @@ class DrawnLosses(Shown):
         return {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in vars(self).items()}
 
 
-def drawn_nodes(cases: Automaton, visited: Array, runs: int, rng: np.random.Generator) -> NDArray[np.intp]:
-    """The node at which each run begins, from the stationary distribution at phase 0."""
-    shares = visited[cases.nodes[0]] / visited[cases.nodes[0]].sum()
-    return np.asarray(rng.choice(cases.nodes[0], size=runs, p=shares), dtype=np.intp)
+SHARE = 10
+"""The covariance of the Kalman filter counts after this part of the steps: it has forgotten its start then."""
+
+
+def drawn_losses(
+    problem: MultirateProblem, cases: Automaton, gains: Array, time: Array, runs: int, rng: np.random.Generator
+) -> DrawnLosses:
+    """Runs from the stationary distribution at phase 0 on, over the instants of `time` (s)."""
+    exact, steps = mean_square(problem, cases, gains), len(time)
+    shares = exact.visited[cases.nodes[0]] / exact.visited[cases.nodes[0]].sum()
+    nodes = np.asarray(rng.choice(cases.nodes[0], size=runs, p=shares), dtype=np.intp)
+    walks = list(drawn_walks(cases, nodes, steps, rng))
+    start = exact.X[nodes] / exact.visited[nodes][:, None, None]
+    whole = steps - steps % problem.schedule.period or steps  # each phase counts alike
+    squares = drawn_errors(problem, gains, walks, start, rng)
+    mean, error = mean_and_error(squares[:whole])
+    kalman, kalman_error = mean_and_error(kalman_errors(problem, cases, walks, start)[whole // SHARE :])
+    return DrawnLosses(
+        mean_square=mean,
+        standard_error=error,
+        exact=exact.rms**2,
+        kalman=kalman,
+        kalman_standard_error=kalman_error,
+        time=time,
+        course=squares.mean(axis=1),
+    )
 
 
 def drawn_walks(

@@ -17,7 +17,7 @@ from replication.estimation.conic.program import ALMOST, Inequalities, program_u
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.multirate.kalman import state_scales
-from replication.estimation.multirate.losses.automaton import Automaton, Word, along, patterns
+from replication.estimation.multirate.losses.models import Automaton, Word, along, patterns
 from replication.estimation.multirate.problem import MultirateProblem, closed_loop
 from replication.estimation.validation import Array
 
@@ -71,15 +71,12 @@ class Walks:
         back = self.unit * np.linalg.inv(self.T)[list(self.automaton.phases)]
         return symmetric(back.mT @ P @ back)
 
-    def unscaled(self, edge: int, gain: Array) -> Array:
-        """A gain on y in the units of the plant."""
-        return np.asarray(self._following(edge) @ gain)
-
     def _scaled(self, edge: int, A: Array, B: Array) -> Array:
         now = self.T[self.automaton.edges[edge].phase]
-        return np.asarray(np.linalg.solve(self._following(edge), np.hstack([A @ now, B])))
+        return np.asarray(np.linalg.solve(self.following(edge), np.hstack([A @ now, B])))
 
-    def _following(self, edge: int) -> Array:
+    def following(self, edge: int) -> Array:
+        """The coordinates after an edge."""
         return np.asarray(self.T[(self.automaton.edges[edge].phase + 1) % len(self.T)])
 
 
@@ -91,15 +88,15 @@ def least_level(walks: Walks, moved: Sequence[Array], kernels: Sequence[Array] |
     n, edges = walks.problem.plant.order, walks.automaton.edges
     basis = symmetric_basis(n)
     terms = len(basis)
-    parts: dict[tuple[int, int], list[int]] = {}
-    for i, M in enumerate(moved):
-        width = M.shape[1] if kernels is None else kernels[i].shape[1]
-        parts.setdefault((M.shape[1], width), []).append(i)
+    directions = [np.eye(M.shape[1]) for M in moved] if kernels is None else kernels
+    parts: dict[tuple[int, ...], list[int]] = {}
+    for i, N in enumerate(directions):
+        parts.setdefault(N.shape, []).append(i)
     groups, order = [], []
     unknowns = [range(1 + i * terms, 1 + (i + 1) * terms) for i in range(len(walks.automaton.phases))]
     for (whole, _), members in parts.items():
         frame = np.eye(n, whole)
-        N = np.stack([np.eye(whole) if kernels is None else kernels[i] for i in members])
+        N = np.stack([directions[i] for i in members])
         M = np.stack([moved[i] for i in members]) @ N
         F = frame @ N
         W = np.stack([walks.weight(edges[i].phase) for i in members])
@@ -157,22 +154,18 @@ def central_gains(walks: Walks, storage: Storage, squared: float) -> Array:
     gains = np.zeros((len(walks.automaton.edges), n, q))
     for i, edge in enumerate(walks.automaton.edges):
         M, F = walks.open_loop(i)
-        if not len(F):
-            continue
         W = walks.weight(edge.phase)
         inverse = np.diag([0.0] * n + [1 / squared] * (M.shape[1] - n))
         inverse[:n, :n] = np.linalg.inv(storage.P[edge.source] - W.T @ W)
         gain = np.asarray(np.linalg.solve(F @ inverse @ F.T, F @ inverse @ M.T)).T
-        gains[i][:, list(edge.arrived)] = walks.unscaled(i, gain)
+        gains[i][:, list(edge.arrived)] = walks.following(i) @ gain
     if not np.all(np.isfinite(gains)):
         raise SolverError("the gains under losses were lost in rounding; change the units of the states or the noise")
     return gains
 
 
-def kernel(F: Array, width: int) -> Array:
-    """An orthonormal basis (width, r) of the directions that [C D] does not see."""
-    if not len(F):
-        return np.eye(width)
+def kernel(F: Array) -> Array:
+    """An orthonormal basis (columns, r) of the directions that [C D] does not see."""
     return np.asarray(np.linalg.qr(F.T, mode="complete")[0][:, len(F) :])
 
 
@@ -241,11 +234,8 @@ def bracket(problem: MultirateProblem, cases: Automaton, gains: Array, words: li
         if lower > best.lower:
             best = replace(best, lower=lower, word=word)
         finer = _told_apart(tree, storage.flux)
-        if (
-            best.upper <= best.lower * (1 + CLOSE)
-            or finer is None
-            or len(finer.edges) * problem.plant.order**2 > LARGEST
-        ):
+        narrow = best.upper <= best.lower * (1 + CLOSE)
+        if narrow or finer is None or len(finer.edges) * problem.plant.order**2 > LARGEST:
             break
         tree = finer
     if not np.isfinite(best.upper):
@@ -291,14 +281,11 @@ def found_level(problem: MultirateProblem, cases: Automaton, gains: Array, words
 
 def _told_apart(tree: Automaton, flux: Array) -> Automaton | None:
     """Nodes with the largest flux told apart by their past; None where there is only one past."""
-    through = np.zeros(len(tree.phases))
-    ways = np.zeros(len(tree.phases), dtype=int)
-    for edge, share in zip(tree.edges, flux, strict=True):
-        through[edge.target] += share
-        ways[edge.target] += 1
-    several = np.flatnonzero(ways > 1)
+    targets = [edge.target for edge in tree.edges]
+    several = np.flatnonzero(np.bincount(targets) > 1)
     if not len(several):
         return None
+    through = np.bincount(targets, weights=flux)
     ranked = several[np.argsort(-through[several], kind="stable")]
     return tree.split({int(i) for i in ranked[: max(1, int(SHARE * len(several)))]})
 
@@ -310,8 +297,7 @@ def least_gains(problem: MultirateProblem, cases: Automaton, unit: float) -> Arr
     """
     walks = Walks(problem, cases, unit)
     opened = [walks.open_loop(i) for i in range(len(cases.edges))]
-    kernels = [kernel(F, moved.shape[1]) for moved, F in opened]
-    storage = least_level(walks, [moved for moved, _ in opened], kernels)
+    storage = least_level(walks, [moved for moved, _ in opened], [kernel(F) for _, F in opened])
     proved = []
     for margin in MARGINS:
         squared = storage.squared * (1 + margin) ** 2
