@@ -18,20 +18,20 @@ from replication.estimation.api.plants import Signals
 from replication.estimation.api.results import Bracket, Evidence
 from replication.estimation.api.running import PeriodicObserver
 from replication.estimation.linear.periodic import PeriodicSystem
-from replication.estimation.nonuniform.bounds import compare
-from replication.estimation.nonuniform.bounds.guarantee import guaranteed_level
-from replication.estimation.nonuniform.bounds.worst_case import (
-    BadSequence,
-    WorstCaseGain,
-    worst_case_gain,
-    worst_sequence,
-)
+from replication.estimation.nonuniform import compare
 from replication.estimation.nonuniform.filters import Estimator, Filter, error_system, gains_at, observer
+from replication.estimation.nonuniform.guarantee import guaranteed_level
 from replication.estimation.nonuniform.nominal import riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, balancing
 from replication.estimation.nonuniform.robust import robust_design
 from replication.estimation.nonuniform.stamped.design import StampedFilter, StampedProof, kalman_filters, proved_design
 from replication.estimation.nonuniform.stamped.observer import StampedObserver
+from replication.estimation.nonuniform.worst_case import (
+    BadSequence,
+    WorstCaseGain,
+    worst_case_gain,
+    worst_sequence,
+)
 from replication.estimation.validation import Array, StateSpace, frozen, positive_scalar
 
 BOTH_ENDS = (

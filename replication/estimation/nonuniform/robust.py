@@ -15,8 +15,8 @@ from replication.errors import ReplicationError, SolverError
 from replication.estimation.conic import program
 from replication.estimation.conic.sdpa import minimise_refined
 from replication.estimation.linear.norms import hinf_norm
-from replication.estimation.nonuniform.bounds.guarantee import guaranteed_level
 from replication.estimation.nonuniform.filters import Filter, gramian
+from replication.estimation.nonuniform.guarantee import guaranteed_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
 from replication.estimation.validation import Array, positive_integer
 

@@ -11,7 +11,7 @@ from replication.estimation.conic.sdpa import GAP
 from replication.estimation.linear.norms import GainBracket
 from replication.estimation.nonuniform import nominal
 from replication.estimation.nonuniform import robust as exchange
-from replication.estimation.nonuniform.bounds.compare import beside, smoother_limit, zero_at_constant_periods
+from replication.estimation.nonuniform.compare import beside, smoother_limit, zero_at_constant_periods
 from replication.estimation.nonuniform.facade import analyse, design_stamped, simulate
 from replication.estimation.nonuniform.facade import design as design_filter
 from replication.estimation.nonuniform.filters import Filter, periodic_gain

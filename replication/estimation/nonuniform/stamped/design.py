@@ -31,9 +31,9 @@ import scipy
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic import program
 from replication.estimation.linear.riccati import symmetric
-from replication.estimation.nonuniform.bounds.guarantee import UNPROVED, cell_needs
-from replication.estimation.nonuniform.bounds.path_lyapunov import ROUGH, ErrorSystem, storage_inequalities
 from replication.estimation.nonuniform.filters import Estimator
+from replication.estimation.nonuniform.guarantee import UNPROVED, cell_needs
+from replication.estimation.nonuniform.path_lyapunov import ROUGH, ErrorSystem, storage_inequalities
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, balancing
 from replication.estimation.nonuniform.robust import VIOLATION, scan, worst_periods
 from replication.estimation.validation import Array, at_most

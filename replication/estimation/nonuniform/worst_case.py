@@ -13,8 +13,8 @@ import numpy as np
 import scipy
 
 from replication.errors import InvalidInputError
-from replication.estimation.nonuniform.bounds.guarantee import Guarantee, guaranteed_level
 from replication.estimation.nonuniform.filters import Estimator
+from replication.estimation.nonuniform.guarantee import Guarantee, guaranteed_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods, weights_of
 from replication.estimation.validation import Array, as_array, positive_integer
 

@@ -8,12 +8,12 @@ import scipy
 
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.api.results import LITTLE, Bracket, Evidence, baselines
-from replication.estimation.nonuniform.bounds.guarantee import guaranteed_level
-from replication.estimation.nonuniform.bounds.worst_case import worst_sequence
 from replication.estimation.nonuniform.filters import Estimator, gains_at, periodic_gain
+from replication.estimation.nonuniform.guarantee import guaranteed_level
 from replication.estimation.nonuniform.nominal import riccati_filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.stamped.design import StampedFilter, kalman_filters
+from replication.estimation.nonuniform.worst_case import worst_sequence
 
 LEAVES = 4
 """Lyapunov matrices for the level without sensors, whose guarantee gains little by more."""
