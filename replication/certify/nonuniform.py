@@ -25,9 +25,15 @@ from replication.errors import SolverError
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.linear.periodic import LiftedResponse, PeriodicSystem, Stage
 from replication.estimation.linear.riccati import symmetric
-from replication.estimation.nonuniform.filters import Filter, error_system, periodic_gain
+from replication.estimation.nonuniform.filters import (
+    Filter,
+    closed_form,
+    deadbeat_filter,
+    error_system,
+    periodic_gain,
+    riccati_filter,
+)
 from replication.estimation.nonuniform.guarantee import guaranteed_level
-from replication.estimation.nonuniform.nominal import closed_form, deadbeat_filter, riccati_filter
 from replication.estimation.nonuniform.plant import DurationPlant, PeriodRange, SampledPlant, weights_of
 from replication.estimation.nonuniform.robust import robust_design
 from replication.estimation.nonuniform.stamped.design import StampedFilter, StampedPlant, StampedProof, proved_design

@@ -9,8 +9,7 @@ import numpy as np
 from papers.mustafa import method
 from papers.mustafa.experiments.levels import Json, Matrices, crossing, problem
 from replication.estimation.linear.norms import hinf_norm
-from replication.estimation.nonuniform.filters import periodic_gain
-from replication.estimation.nonuniform.nominal import riccati_filter
+from replication.estimation.nonuniform.filters import periodic_gain, riccati_filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import design_for_periods
 from replication.estimation.nonuniform.worst_case import worst_case_gain
