@@ -13,7 +13,7 @@ from typing import Any
 from flint import fmpq, fmpq_mat, fmpz, fmpz_mat
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.machine.theory import GAIN, PREDICTOR, SMOOTHER
+from replication.machine import GAIN, PREDICTOR, SMOOTHER
 from replication.verify.algebra.linear import block, identity, submatrix, zeros
 from replication.verify.multirate.levels import matrix_30
 from replication.verify.multirate.sensing import Sensing, advanced, read_sensing, schedule, steady

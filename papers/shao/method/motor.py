@@ -14,7 +14,7 @@ from replication.estimation.dualrate.loop import DualRateLoop, monodromy, requir
 from replication.estimation.dualrate.observers import Harmonic
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, make_plant
 from replication.estimation.dualrate.response import reference, steady_state
-from replication.estimation.nonuniform.stamped.transition import Transition
+from replication.estimation.nonuniform.stamped.kalman import Transition
 from replication.estimation.validation import Array, ComplexArray
 
 

@@ -20,7 +20,7 @@ from replication.estimation.dualrate.problem import MAX_RATIO, Plant, folded_mod
 from replication.estimation.dualrate.steady import Steady, steady_of
 from replication.estimation.linear.periodic import balanced_units
 from replication.estimation.multirate.problem import SensingSchedule
-from replication.estimation.nonuniform.stamped.transition import Transition
+from replication.estimation.nonuniform.stamped.kalman import Transition
 from replication.estimation.validation import (
     Array,
     hidden_modes,

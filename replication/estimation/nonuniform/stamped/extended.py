@@ -19,9 +19,8 @@ from replication.estimation.api.export import c_file, source
 from replication.estimation.api.running import RunningObserver, gate_of
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.multirate.problem import SensingSchedule
-from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant, Recursion, settle_noise
+from replication.estimation.nonuniform.stamped.kalman import USAGE, Estimate, Instant, Recursion, settle_noise
 from replication.estimation.nonuniform.stamped.running import StampedKalman
-from replication.estimation.nonuniform.stamped.transition import USAGE
 from replication.estimation.validation import Array, as_array, covariance, positive_scalar
 
 STEP, ALIKE = 1e-6, 1e-3

@@ -13,7 +13,7 @@ from replication.errors import InvalidInputError
 from replication.estimation.api.portable import Portable, known_names
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.stamped.design import StampedFilter
-from replication.estimation.nonuniform.stamped.transition import Transition, c_form
+from replication.estimation.nonuniform.stamped.kalman import Transition, c_form
 from replication.estimation.validation import Array, as_array, finite_vector
 
 

@@ -11,9 +11,15 @@ import numpy as np
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.running import gate_of
-from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant, NoisyPlant, Recursion
+from replication.estimation.nonuniform.stamped.kalman import (
+    Estimate,
+    Instant,
+    NoisyPlant,
+    Recursion,
+    Transition,
+    c_form,
+)
 from replication.estimation.nonuniform.stamped.observer import StampedEstimator, as_sample, as_time
-from replication.estimation.nonuniform.stamped.transition import Transition, c_form
 from replication.estimation.validation import Array, as_array, covariance, positive_scalar
 
 
