@@ -6,12 +6,16 @@ Functionals u are numbered: the point variables, then int t^c f_k(t) dt at point
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 from flint import fmpq, fmpq_mat
 
+from replication.certify.rounding import exact, rational
+from replication.errors import InvalidInputError
 from replication.estimation.delay.sos.cone import Blocks
+from replication.verify.algebra.linear import block, identity, take_rows
 
 Key = tuple[Any, ...]
 Form = dict[Key, fmpq]
@@ -152,6 +156,33 @@ class Dynamics:
     def points(self) -> int:
         """Number of point variables of the derivative."""
         return self.first + self.states + self.functions
+
+
+def change_of(plant: Mapping[str, Any]) -> fmpq_mat:
+    """Rational coordinates in which the last states are the measurements: unit rows above C_2, the first that serve."""
+    sensor = exact(plant["C2"])
+    q, n = sensor.nrows(), sensor.ncols()
+    if all(sensor[i, j] == 0 for i in range(q) for j in range(n - q)):
+        return identity(n)
+    for states in combinations(range(n), n - q):
+        change = block([[take_rows(identity(n), states)], [sensor]])
+        if change.det() != 0:
+            return change
+    raise InvalidInputError("the rows of C_2 are dependent; drop redundant measurements")
+
+
+def dynamics_of(plant: Mapping[str, Any], change: fmpq_mat) -> Dynamics:
+    """The plant in the coordinates `change`, in exact numbers."""
+    back = change.inv()
+    return Dynamics(
+        A0=change * exact(plant["A0"]) * back,
+        late=block([[change * exact(matrix) * back for matrix in plant["A"]]]),
+        delays=tuple(rational(delay) for delay in plant["delays"]),
+        B=change * exact(plant["B"]),
+        C10=exact(plant["C10"]) * back,
+        late_output=block([[exact(matrix) * back for matrix in plant["C1"]]]),
+        measured=len(plant["C2"]),
+    )
 
 
 def rates(system: Dynamics, count: int) -> tuple[list[int], list[dict[int, fmpq]]]:
