@@ -8,7 +8,7 @@ import cvxpy as cp
 import numpy as np
 import scipy.linalg
 
-from replication.certify.rounding import (
+from replication.certify import (
     as_floats,
     bracket,
     exact,

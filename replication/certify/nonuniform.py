@@ -11,7 +11,7 @@ import scipy.linalg
 import scipy.sparse.linalg
 from flint import arb, arb_mat, ctx, fmpq
 
-from replication.certify.rounding import (
+from replication.certify import (
     as_floats,
     exact,
     rational,

@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from replication.certify import decimals, multirate, nonuniform, rationals, rounded_up
 from replication.certify import dualrate as dualrate_makers
-from replication.certify import multirate, nonuniform
 from replication.certify.delay import levels as delay_makers
-from replication.certify.rounding import decimals, rationals, rounded_up
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import GainResult
 from replication.estimation.delay.result import DelayResult

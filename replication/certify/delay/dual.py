@@ -14,10 +14,7 @@ import cvxpy as cp
 import numpy as np
 from flint import fmpq, fmpq_mat
 
-from replication.certify.delay import forms
-from replication.certify.delay.forms import Basis, Dynamics, Entry, Key, change_of, dynamics_of
-from replication.certify.delay.levels import SOLVED, to_legendre
-from replication.certify.rounding import (
+from replication.certify import (
     as_floats,
     floats,
     modelled,
@@ -25,6 +22,9 @@ from replication.certify.rounding import (
     rounded,
     rounded_down,
 )
+from replication.certify.delay import forms
+from replication.certify.delay.forms import Basis, Dynamics, Entry, Key, change_of, dynamics_of
+from replication.certify.delay.levels import SOLVED, to_legendre
 from replication.errors import SolverError
 from replication.estimation.delay.sos.cone import Blocks, DegreeRule, cone_blocks
 from replication.estimation.validation import Array

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from flint import fmpq, fmpq_mat
 
-from replication.certify.rounding import exact, rational
+from replication.certify import exact, rational
 from replication.errors import InvalidInputError
 from replication.estimation.delay.sos.cone import Blocks
 from replication.verify.algebra.linear import block, identity, take_rows

@@ -17,9 +17,7 @@ from numpy.polynomial import legendre as classical
 from scipy.linalg import block_diag
 from scipy.sparse.linalg import lsqr
 
-from replication.certify.delay import forms
-from replication.certify.delay.forms import Basis, Dynamics, Entry, Form, Key, change_of, dynamics_of
-from replication.certify.rounding import (
+from replication.certify import (
     as_floats,
     exact,
     floats,
@@ -31,6 +29,8 @@ from replication.certify.rounding import (
     rounded_up,
     stepwise,
 )
+from replication.certify.delay import forms
+from replication.certify.delay.forms import Basis, Dynamics, Entry, Form, Key, change_of, dynamics_of
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic.program import Program
 from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
