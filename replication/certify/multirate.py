@@ -34,9 +34,6 @@ from replication.estimation.multirate.problem import MultirateProblem, SensingSc
 from replication.estimation.validation import Array, ComplexArray
 from replication.verify.reading import written
 
-# Disturbances that bound a gain from below: the worst one for given gains, and those that no sensor shows
-
-
 BITS = 24
 """Of the entries of a disturbance of norm one: its ratio is off by the square of that."""
 TURN_BITS = 20
@@ -152,12 +149,6 @@ def gain(theorem: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def gain_in_units(theorem: Mapping[str, Any]) -> dict[str, Any]:
-    """`gain` by `in_units`."""
-    problem = problem_of(theorem)
-    return in_units(theorem, l2_gain(problem.error_system(as_floats(theorem["plant"]["L"]))).value, gain)
-
-
 def in_units(
     theorem: Mapping[str, Any], level: float, maker: Callable[[Mapping[str, Any]], dict[str, Any]]
 ) -> dict[str, Any]:
@@ -259,9 +250,6 @@ def lyapunov_matrices(system: PeriodicSystem, level: float, slack: float = SLACK
     return matrices[::-1]
 
 
-# Certificates of gains under losses: storage functions on all that may happen, and the worst pattern found
-
-
 LOSS_MARGIN = 1e-6
 """Relative distances of the bounds to the numbers found: room for the rounding of the storage functions."""
 
@@ -307,9 +295,6 @@ def _bounded(theorem: Mapping[str, Any]) -> dict[str, Any]:
             "v": v,
         },
     }
-
-
-# Certificates of levels that are compared: of two schedules, and of Theorem 1 with one matrix for all instants
 
 
 DUAL_BITS = 20

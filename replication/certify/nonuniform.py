@@ -41,12 +41,6 @@ from replication.estimation.nonuniform.worst_case import worst_sequence
 from replication.estimation.validation import Array, ComplexArray
 from replication.verify.algebra.linear import beside, block, hold, identity, rounded_ends, zeros
 
-# Storage matrices at one constant period, in balls: close to an optimum they are too ill-conditioned for doubles.
-#
-# Where the bound is a relative distance d above the gain, some states need a storage of the order of 1/d times their
-# output, while the inequality has room of the order of d.
-
-
 PRECISION = 200
 SLACK = fmpq(1, 2**40)
 """Room in the state block of the inequality."""
@@ -61,8 +55,10 @@ Json = Mapping[str, Any]
 def storage_matrix(plant: Json, filter_: Json, period: str, level: fmpq, *, weighted: bool = False) -> list[list[str]]:
     """P = A'(P + PB (w g^2 - B'PB)^-1 B'P) A + w C'C + slack of the error system at `period`, by doubling from P = 0.
 
-    plant, filter_: as certificates write them; w = 1, or the period if `weighted`. Raises SolverError if there is
-    none: the level g is too low.
+    plant, filter_: as certificates write them; w = 1, or the period if `weighted`. In balls, since doubles do not do
+    close to an optimum: a relative distance d above it some states need a storage of the order of 1/d times their
+    output, while the inequality has room of the order of d. Raises SolverError if there is none: the level g is too
+    low.
     """
     with ctx.workprec(PRECISION):
         low, high = (arb(a[0, 0]) + arb(a[0, 1]) * arb.pi() for a in (exact([plant[end]]) for end in ("h_l", "h_u")))
@@ -264,9 +260,6 @@ def optimum_lower(theorem: Mapping[str, Any]) -> Made:
         "bound": {"lower": rounded_down(float(gain) * (1 - NOMINAL_MARGIN), LEVEL_BITS)},
         "witness": {"start": rounded_array(start / np.max(np.abs(start)), FILTER_BITS)},
     }
-
-
-# Certificates of filters with time stamps: the storage of the design, and a periodic disturbance of a bad pattern
 
 
 STAMPED_BITS = 30

@@ -110,7 +110,7 @@ def _finite(number: Any, **arrays: Any) -> dict[str, Any]:
 def _multirate(result: MultirateResult, name: str, number: Any) -> Made:
     theorem = _sensed("multirate.gain", result, result.problem, {"relative": WIDTH}, name, number)
     theorem["plant"] |= _finite(rationals, L=result.gains["L"])
-    return {**theorem, **multirate.gain_in_units(theorem)}
+    return {**theorem, **multirate.in_units(theorem, result.value, multirate.gain)}
 
 
 def _losses(result: LossResult, name: str, number: Any) -> Made:

@@ -1,6 +1,7 @@
 """From a certificate on a level of a multi-rate observer to a file for Coq: its theorem, its data, three checks.
 
-The file holds no plant: it names one in the paper's `coq/Decimals.v`, and the gains of `multirate.gain`.
+The file holds no plant: it names one in the paper's `coq/Decimals.v`, and the gains of `multirate.gain`. Nothing here
+is trusted: what is wrong, Coq refuses.
 """
 
 import re
@@ -18,11 +19,6 @@ from replication.verify.algebra.linear import block, identity, submatrix, zeros
 from replication.verify.multirate.levels import matrix_30
 from replication.verify.multirate.sensing import Sensing, advanced, read_sensing, schedule, steady
 from replication.verify.reading import matrices, matrix, rational
-
-# Witnesses of Coq's checkers from those of certificates: storage with room, and disturbances from rest.
-#
-# Exact arithmetic, and never trusted: what is wrong here, Coq refuses.
-
 
 ROOM = range(12, 61, 4)
 """Exponents tried for the room 2^-k that is left in the matrix of Theorem 2."""

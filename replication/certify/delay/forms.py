@@ -14,7 +14,7 @@ from flint import fmpq, fmpq_mat
 
 from replication.certify import exact, rational
 from replication.errors import InvalidInputError
-from replication.estimation.delay.sos.cone import Blocks
+from replication.estimation.delay.sos.cone import Blocks, ConeBlock
 from replication.verify.algebra.linear import block, identity, take_rows
 
 Key = tuple[Any, ...]
@@ -27,25 +27,25 @@ WEIGHTS: tuple[Mapping[int, int], ...] = ({0: 1}, {1: -1, 2: -1})
 
 @dataclass(frozen=True)
 class Basis:
-    """zeta(t) = [u; t^a f(t); t^a int s^b f(s) ds] with a <= degree, under the weight number `weight`.
-
-    kernels: the powers a and b of the moments.
-    """
+    """zeta(t) = [u; t^a f(t); t^a int s^b f(s) ds], with the degree of a and the weight that a block of a cone has."""
 
     points: int
     functions: int
-    degree: int
-    weight: int
-    kernels: Sequence[tuple[int, int]]
+    block: ConeBlock
+
+    @property
+    def kernels(self) -> list[tuple[int, int]]:
+        """The powers a and b of the moments."""
+        return list(zip(*map(np.ndarray.tolist, self.block.kernel_basis()), strict=True))
 
     @property
     def size(self) -> int:
         """Number of entries."""
-        return self.points + self.functions * (self.degree + 1 + len(self.kernels))
+        return self.points + self.functions * self.block.members
 
     def members(self) -> list[tuple[int, int | None, int | None]]:
         """For each entry: the power of t, the functional it is a multiple of, and the function it is a multiple of."""
-        powers = range(self.degree + 1)
+        powers = range(self.block.degree + 1)
         functions = range(self.functions)
         moments = [(a, self.points + b * self.functions + k, None) for a, b in self.kernels for k in functions]
         return [
@@ -60,7 +60,7 @@ class Basis:
         for i, (first, left, f) in enumerate(members):
             for j in range(i, len(members)):
                 second, right, g = members[j]
-                for shift, factor in WEIGHTS[self.weight].items():
+                for shift, factor in WEIGHTS[self.block.weighted].items():
                     power, weight = first + second + shift, fmpq(factor * (1 if i == j else 2))
                     if f is not None and g is not None:
                         yield (i, j), ("local", power, min(f, g), max(f, g)), weight
@@ -73,16 +73,7 @@ class Basis:
 
 def bases(points: int, functions: int, blocks: Blocks) -> list[Basis]:
     """Of the matrices of a cone, under both weights."""
-    return [
-        Basis(
-            points,
-            functions,
-            block.degree,
-            int(block.weighted),
-            list(zip(*map(np.ndarray.tolist, block.kernel_basis()), strict=True)),
-        )
-        for block in blocks
-    ]
+    return [Basis(points, functions, block) for block in blocks]
 
 
 def pair(first: int, second: int) -> Key:

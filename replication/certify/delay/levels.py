@@ -116,8 +116,8 @@ def _projected(program: Program, x: Array) -> Array:
 
 def to_legendre(basis: Basis) -> Array:
     """The matrix that takes zeta in powers of t to the same in orthonormal Legendre polynomials."""
-    count, functions = basis.degree + 1, basis.functions
-    powers = _legendre_powers(basis.degree + 1)
+    count, functions = basis.block.degree + 1, basis.functions
+    powers = _legendre_powers(count)
     indices = [a * (count + 1) + b for a, b in basis.kernels]
     points = basis.points
     middle = points + functions * count
@@ -347,12 +347,6 @@ def unstable(theorem: Mapping[str, Any]) -> dict[str, Any]:
     return {"bound": {}, "witness": {"left": left, "right": right}}
 
 
-# Certificates of LMI (3) on the Pade approximation of a system with delays: its least level from both sides.
-#
-# With the continued fraction tanh(x) = 1/(1/x + 1/(3/x + ..)), x = s tau / 2, cut off after N terms, the approximant is
-# (1 - t)/(1 + t); its ladder has a realisation in rationals of moderate size, for even N.
-
-
 PADE_STEPS = (1e-6, 5e-6, 2e-5)
 """Relative distances of the level from the least one, tried in turn until there is room for rounding."""
 PADE_ROOM = 1e-8
@@ -364,7 +358,11 @@ LARGEST = 30.0
 
 @dataclass(frozen=True)
 class Section:
-    """x' = a x + b u, out = c x + d u: the approximant of a delay of 1 s, exact."""
+    """x' = a x + b u, out = c x + d u: Pade's approximant of a delay of 1 s, exact.
+
+    With the continued fraction tanh(x) = 1/(1/x + 1/(3/x + ..)), x = s / 2, cut off after N terms, it is (1 - t)/(1 +
+    t); its ladder has a realisation in rationals of moderate size, for even N.
+    """
 
     a: fmpq_mat
     b: fmpq_mat

@@ -252,28 +252,22 @@ def closed_form(plant: SampledPlant, h: float) -> float:
     Phi, Gamma = plant.discretise(h)
     if max(plant.B.shape[1], len(plant.C), len(plant.L)) != 1:
         raise InvalidInputError("the closed forms need scalar w, y and z; use `riccati_level`")
-    D = float(plant.D[0, 0])
-    if D != 0.0:
-        if not np.array_equal(plant.C, plant.L):
-            raise InvalidInputError("with D != 0 the closed form needs C = L; use `riccati_level`")
-        moduli = np.abs(np.linalg.eigvals(Phi - Gamma @ plant.C / D))
-        _reject_circle(moduli)
-        return abs(D) * float(np.prod(moduli[moduli > 1])) if np.any(moduli > 1) else 0.0
-    first = float((plant.C @ Gamma)[0, 0])
-    if first == 0.0:
+    D, first = float(plant.D[0, 0]), float((plant.C @ Gamma)[0, 0])
+    if D != 0.0 and not np.array_equal(plant.C, plant.L):
+        raise InvalidInputError("with D != 0 the closed form needs C = L; use `riccati_level`")
+    if D == first == 0.0:
         raise InvalidInputError("with D = 0 the closed form needs C Gamma(h) != 0; use `riccati_level`")
-    moduli = np.abs(np.linalg.eigvals(Phi - Phi @ Gamma @ plant.C / first))
-    _reject_circle(moduli)
-    if np.any(moduli > 1):
-        raise InvalidInputError("with D = 0 the closed form needs zeros inside the unit circle; use `riccati_level`")
-    return abs(float((plant.L @ Gamma)[0, 0]))
-
-
-def _reject_circle(moduli: Array) -> None:
+    moduli = np.abs(np.linalg.eigvals(Phi - (Gamma @ plant.C / D if D else Phi @ Gamma @ plant.C / first)))
     if np.any(np.abs(moduli - 1) < CIRCLE):
         raise InvalidInputError(
             f"a zero lies on the unit circle (moduli {moduli}); gamma* jumps there, move h a little"
         )
+    outside = moduli[moduli > 1]
+    if D:
+        return abs(D) * float(np.prod(outside)) if len(outside) else 0.0
+    if len(outside):
+        raise InvalidInputError("with D = 0 the closed form needs zeros inside the unit circle; use `riccati_level`")
+    return abs(float((plant.L @ Gamma)[0, 0]))
 
 
 def deadbeat_filter(plant: SampledPlant, h: float) -> Filter:

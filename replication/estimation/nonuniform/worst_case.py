@@ -10,6 +10,7 @@ estimators at constant periods.
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 import scipy
@@ -21,11 +22,6 @@ from replication.estimation.nonuniform.guarantee import Guarantee, guaranteed_le
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods, weights_of
 from replication.estimation.nonuniform.stamped.design import StampedFilter, kalman_filters
 from replication.estimation.validation import Array, as_array, positive_integer
-
-# The gain of given sampling sequences, to the last digit or to those that a search needs.
-#
-# The gain of h_0 ... h_{K-1} is the largest singular value of the map from w_0 ... w_{K-1} to e_1 ... e_K. The map is
-# applied by blocks of samples, each of which is one matrix, and a banded triangular system in the states between them.
 
 SEARCH_TOLERANCE = 1e-4
 FINAL_TOLERANCE = 1e-10
@@ -41,8 +37,9 @@ def sequence_gain(
 ) -> tuple[float, Array]:
     """The gain of one finite sequence and its worst disturbance w (K, m) of unit norm, by Lanczos to `tolerance`.
 
-    Where durations count, those of e_k and w_k are h_k (of the last error the last period). Raises InvalidInputError
-    for fewer than two periods, periods that are not positive, or a filter that does not fit.
+    It is the largest singular value of the map from w_0 ... w_{K-1} to e_1 ... e_K. Where durations count, those of e_k
+    and w_k are h_k (of the last error the last period). Raises InvalidInputError for fewer than two periods, periods
+    that are not positive, or a filter that does not fit.
     """
     periods = as_periods("periods", periods)
     if len(periods) < 2:
@@ -69,7 +66,7 @@ def sequence_gain(
 
 @dataclass(frozen=True)
 class _Blocks:
-    """The map of a sequence by J blocks of L samples.
+    """The map of a sequence by J blocks of L samples, each one matrix, and a banded system in the states between them.
 
     band: the system that gives the states after each block, for LAPACK; inner (J, N, L m): what the disturbances of a
     block add to the state after it; errors (J, L s, N + L m): its errors.
@@ -180,8 +177,9 @@ def worst_sequence(
     """
     filter_.require_settling(plant)
 
-    def gain(sequence: Array) -> float:
-        return sequence_gain(plant, filter_, sequence, tolerance=SEARCH_TOLERANCE)[0]
+    @cache
+    def gain(sequence: bytes) -> float:
+        return sequence_gain(plant, filter_, np.frombuffer(sequence), tolerance=SEARCH_TOLERANCE)[0]
 
     last = positive_integer("final_horizon", horizon if final_horizon is None else final_horizon)
     best = best_runs(Search(gain, periods, horizon))
@@ -200,25 +198,19 @@ def error_ratio(plant: SampledPlant, periods: Array, w: Array, e: Array) -> floa
     return float(np.sqrt(np.sum(last[:, None] * e[1:] ** 2) / np.sum(weights[:, None] * w**2)))
 
 
+@dataclass(frozen=True)
 class Search:
-    """The gains of runs that are repeated over `horizon` samples, found once."""
+    """The gains of runs that are repeated over `horizon` samples; gain: that of the bytes of a sequence."""
 
-    def __init__(self, gain: Callable[[Array], float], periods: PeriodRange, horizon: int) -> None:
-        """gain: what that of a sequence is."""
-        self._gain, self._periods, self.horizon = gain, periods, horizon
-        self._known: dict[bytes, float] = {}
+    gain: Callable[[bytes], float]
+    periods: PeriodRange
+    horizon: int
 
     def best(self, tried: Iterable[Runs]) -> tuple[float, Runs]:
         """The largest gain, and the first runs that have it."""
-        values = {runs: self._value(repeated(self._periods, runs, self.horizon)) for runs in tried}
+        values = {runs: self.gain(repeated(self.periods, runs, self.horizon).tobytes()) for runs in tried}
         best = max(values, key=values.__getitem__)
         return values[best], best
-
-    def _value(self, sequence: Array) -> float:
-        key = sequence.tobytes()
-        if key not in self._known:
-            self._known[key] = self._gain(sequence)
-        return self._known[key]
 
 
 def best_runs(search: Search) -> Runs:
@@ -299,8 +291,8 @@ LEAVES = 4
 """Lyapunov matrices for the level without sensors, whose guarantee gains little by more."""
 COMPARED = 9
 """Constant periods at which other estimators are compared."""
-FLOOR, HALVINGS = 1e-4, 40
-"""Relative distance at which the search for the level of no filter ends, and its halvings at most."""
+FLOOR = 1e-4
+"""Relative distance at which the search for the level of no filter ends."""
 ANGLES = 181
 """Frequencies between standing still and half the sampling frequency at which a smoother is looked at."""
 KNOWN = 1.5
@@ -396,9 +388,7 @@ def floor_of_any_filter(plant: SampledPlant, periods: PeriodRange, level: float)
     for h in sorted(set(periods.nodes(3).tolist())):
         low, high = 0.0, level
         try:
-            for _ in range(HALVINGS):
-                if high - low <= FLOOR * level:
-                    break
+            while high - low > FLOOR * level:
                 middle = (low + high) / 2
                 low, high = (middle, high) if riccati_filter(plant, h, middle) is None else (low, middle)
         except (InvalidInputError, SolverError):
