@@ -164,8 +164,7 @@ def gain_lower(theorem: Mapping[str, Any], *, horizon: int = 0, final_horizon: i
     At one constant period there is nothing to search; `horizon` is then 0.
     """
     system, periods = problem_of(theorem["plant"], theorem["parameters"])
-    chosen = theorem["plant"].get("filter") or theorem["parameters"]["filter"]
-    filter_ = filter_of(chosen)
+    filter_ = filter_of(theorem["plant"].get("filter") or theorem["parameters"]["filter"])
     runs: Sequence[int] = (1,)
     if horizon:
         runs = worst_sequence(system, filter_, periods, horizon=horizon, final_horizon=final_horizon).runs
@@ -331,8 +330,7 @@ def least_gain(theorem: Mapping[str, Any], *, horizon: int) -> Made:
 
 def along_pattern(plant: SampledPlant, filter_: StampedFilter, h: Array) -> PeriodicSystem:
     """The error under periods h (p,) that repeat: before the first comes the last."""
-    upper = plant.transitions(np.array([h[-1], *h]))[:, : plant.order]
-    steps, drives = filter_.steps_along(plant, np.array([h[-1], *h]), upper)
+    steps, drives = filter_.steps_along(plant, np.array([h[-1], *h]))
     direct = np.zeros((len(plant.L), drives.shape[2]))
     return PeriodicSystem(tuple(Stage(A, B, plant.L, direct) for A, B in zip(steps[1:], drives[1:], strict=True)))
 

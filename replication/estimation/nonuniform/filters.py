@@ -42,8 +42,9 @@ class Estimator(ABC):
     def entry(self, plant: SampledPlant) -> Array:
         """What the transition of the plant is multiplied by from the right."""
 
-    def steps_along(self, plant: SampledPlant, periods: Array, upper: Array) -> tuple[Array, Array]:
-        """`error_step` for each of a sequence of periods, with the upper rows (K, n, n + m) of its transitions."""
+    def steps_along(self, plant: SampledPlant, periods: Array) -> tuple[Array, Array]:
+        """`error_step` for each of a sequence of periods."""
+        upper = plant.transitions(periods)[:, : plant.order]
         return self.error_step(plant, upper[..., : plant.order], upper[..., plant.order :])
 
     def at(self, h: float) -> Self:

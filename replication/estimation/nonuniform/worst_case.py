@@ -101,7 +101,7 @@ class _Blocks:
 def _blocks(plant: SampledPlant, filter_: Estimator, periods: Array, root: Array) -> _Blocks:
     """The map of a sequence; root (K, 1): of its weights."""
     output = filter_.error_output(plant)
-    steps, drives = filter_.steps_along(plant, periods, plant.transitions(periods)[:, : plant.order])
+    steps, drives = filter_.steps_along(plant, periods)
     moves = np.concatenate([steps, drives / root[:, :, None]], axis=2)
     errors = output * np.vstack([root[1:], root[-1:]])[:, :, None] @ moves
     missing = ((0, -len(periods) % BLOCK), (0, 0), (0, 0))

@@ -9,7 +9,6 @@ from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, OSCILLATOR_RANGE, rand
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic.sdpa import GAP
 from replication.estimation.linear.norms import GainBracket
-from replication.estimation.nonuniform import filters
 from replication.estimation.nonuniform import robust as exchange
 from replication.estimation.nonuniform.facade import analyse, design_stamped, simulate
 from replication.estimation.nonuniform.facade import design as design_filter
@@ -182,7 +181,7 @@ def test_a_level_that_its_filter_does_not_have_is_an_error():
     for factor in (0.5, 2.0):
         wrong = GainBracket(factor * level, factor * level, 0.0)
         with (
-            patch.object(filters, "periodic_gain", return_value=wrong),
+            patch("replication.estimation.nonuniform.filters.periodic_gain", return_value=wrong),
             pytest.raises(SolverError, match="but its filter has the norm"),
         ):
             riccati_level(OSCILLATOR, h)
