@@ -236,14 +236,11 @@ def _number(text: str) -> str:
     return f"Qmake {number.p} {number.q}" if number >= 0 else f"Qmake ({number.p}) {number.q}"
 
 
-def _integer(number: int) -> str:
-    """In hexadecimal, which Coq reads faster, once it is long."""
-    return str(number) if abs(number) < 1 << 64 else hex(number)
-
-
 def _rows(M: fmpq_mat, denominator: int) -> str:
+    """Integers over a denominator: in hexadecimal, which Coq reads faster, once they are long."""
     integers = (M * denominator).numer_denom()[0] if M.nrows() else fmpz_mat(0, 0)
-    return "; ".join(f"[:: {'; '.join(_integer(int(entry)) for entry in row)}]" for row in integers.tolist())
+    texts = ([str(x) if abs(x) < 1 << 64 else hex(x) for x in map(int, row)] for row in integers.tolist())
+    return "; ".join(f"[:: {'; '.join(row)}]" for row in texts)
 
 
 def _table(M: fmpq_mat) -> str:

@@ -180,7 +180,7 @@ def rates(system: Dynamics, count: int) -> tuple[list[int], list[dict[int, fmpq]
     """For each functional of V: its number among those of the derivative, and its rate as a combination of them."""
     n, width, e = system.states, system.functions, system.first
     late, base = e + n, system.points
-    where = [e + i for i in range(n)]
+    where = [*range(e, late), *range(base, base + count * width)]
     rate: list[dict[int, fmpq]] = []
     for i in range(n):
         row = {k: -system.B[i, k] for k in range(system.B.ncols())}
@@ -190,7 +190,6 @@ def rates(system: Dynamics, count: int) -> tuple[list[int], list[dict[int, fmpq]
     for c in range(count):
         for k in range(width):
             speed = 1 / system.delays[k // n]
-            where.append(base + c * width + k)
             row = {late + k: -speed * (-1) ** c}
             if c == 0:
                 row[e + k % n] = speed

@@ -74,7 +74,7 @@ class GramPoint:
     margin: float
 
 
-def centred(system: DelayPlant, gamma: float, degree: int, trace: float, rule: str = "each") -> GramPoint:
+def centred(system: DelayPlant, gamma: float, degree: int, trace: float, rule: str) -> GramPoint:
     """The point of Theorem 3 at the level gamma whose Gram matrices, of this trace at most, have the largest margin."""
     base = synthesis.program(synthesis.assemble(system, degree, SOLVED[rule]), 0.0, gamma)
     eye = np.concatenate([np.eye(size).ravel() for size in base.blocks])
@@ -91,7 +91,11 @@ def centred(system: DelayPlant, gamma: float, degree: int, trace: float, rule: s
     )
     for options in (CENTRE, CAREFUL):
         solution = solve_sdpa(program, options)
-        blocks = base.matrices(_projected(base, solution.x[2:] + float(solution.linear[0]) * eye))
+        x = solution.x[2:] + float(solution.linear[0]) * eye
+        # To the nearest point that meets the equalities: less of the margin is lost so than where rounding mends all.
+        for _ in range(PROJECTIONS):
+            x = x - lsqr(base.a, base.a @ x - base.b, atol=0.0, btol=0.0, conlim=0.0)[0]
+        blocks = base.matrices(x)
         margin = min(float(np.linalg.eigvalsh(block)[0]) for block in blocks)
         if margin >= ROOM:
             break
@@ -105,13 +109,6 @@ def centred(system: DelayPlant, gamma: float, degree: int, trace: float, rule: s
     grams = [change.T @ block @ change for block, change in zip(blocks, map(to_legendre, both), strict=True)]
     least = min(float(np.linalg.eigvalsh(gram)[0]) for gram in grams)
     return GramPoint((grams[0], grams[1]), (grams[2], grams[3]), least)
-
-
-def _projected(program: Program, x: Array) -> Array:
-    """The point of Ax = b that is nearest to x: less of the margin is lost so than where the rounding mends it all."""
-    for _ in range(PROJECTIONS):
-        x = x - lsqr(program.a, program.a @ x - program.b, atol=0.0, btol=0.0, conlim=0.0)[0]
-    return x
 
 
 def to_legendre(basis: Basis) -> Array:
@@ -137,9 +134,7 @@ def _legendre_powers(degree: int) -> Array:
     return table
 
 
-def exact_grams(
-    dynamics: Dynamics, gamma: fmpq, degree: int, point: GramPoint, rule: str = "each"
-) -> dict[str, list[fmpq_mat]]:
+def exact_grams(dynamics: Dynamics, gamma: fmpq, degree: int, point: GramPoint, rule: str) -> dict[str, list[fmpq_mat]]:
     """Rational Gram matrices near `point` that satisfy the identity of Theorem 3 exactly at the level gamma."""
     bits = max(0, SPARE_BITS - int(np.floor(np.log2(point.margin))))
     n, width = dynamics.states, dynamics.functions
