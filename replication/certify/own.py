@@ -29,7 +29,6 @@ from replication.verify.subjects import FORMAT
 from replication.verify.theorem import Refused
 
 Made = dict[str, Any]
-Theorem = dict[str, Any]
 
 WIDTH = "1/1000000"
 """Largest relative distance of the bounds of an exact gain that is asked of a certificate."""
@@ -86,7 +85,7 @@ def certified(result: GainResult, name: str = "own", *, as_written: bool = False
     return document, theorem.sentence
 
 
-def _theorem(statement: str, plant: Mapping[str, Any], parameters: Mapping[str, Any]) -> Theorem:
+def _theorem(statement: str, plant: Mapping[str, Any], parameters: Mapping[str, Any]) -> Made:
     """All fields but bound and witness."""
     return {
         "format": FORMAT,
@@ -118,10 +117,9 @@ def _losses(result: LossResult, name: str, number: Any) -> Made:
         raise InvalidInputError(
             "the verifier has no statement on mean errors; a certificate is made under at most so many losses in a row"
         )
-    together = result.model.together
     misses: Any = result.model.misses  # as it is kept, one for each sensor or one for all
     counts = misses * result.model.channels(result.problem.plant.sensors) if len(misses) == 1 else misses
-    more = {"together": int(together), "misses": list(counts)}
+    more = {"together": int(result.model.together), "misses": list(counts)}
     theorem = _sensed("multirate.gain-under-losses", result, result.problem, more, name, number)
     gains = _finite(rationals, L=result.gains["L"])["L"]
     return {**theorem, **multirate.gain_under_losses(theorem, gains, result.bracket.upper)}
@@ -129,7 +127,7 @@ def _losses(result: LossResult, name: str, number: Any) -> Made:
 
 def _sensed(
     statement: str, result: GainResult, problem: MultirateProblem, more: Mapping[str, Any], name: str, number: Any
-) -> Theorem:
+) -> Made:
     """A theorem on a result, all sensors used."""
     plant, schedule = problem.plant, problem.schedule
     if plant.correlated:
