@@ -15,7 +15,7 @@ import numpy as np
 from replication.errors import ReplicationError
 from replication.estimation.multirate import MultiratePlant, design
 from replication.estimation.nonuniform import NoisyPlant, StampedKalman
-from replication.estimation.nonuniform.stamped.transition import Transition
+from replication.estimation.nonuniform.stamped.kalman import Transition
 from replication.estimation.recorded import fit, replay
 
 A, C = np.array([[0.0, 1], [-1, -1]]), np.eye(2)

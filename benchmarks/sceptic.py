@@ -25,7 +25,7 @@ from pathlib import Path
 from types import CodeType, FrameType
 
 from replication.audit.judge.proofs import machine_checked
-from replication.machine.theory import STATEMENTS
+from replication.machine import STATEMENTS
 from replication.verify.run import Outcome, committed, verify
 from replication.verify.subjects import theorems
 

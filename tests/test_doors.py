@@ -102,7 +102,7 @@ def test_doors_hold() -> None:
         ("audit/a.py", "from ..estimation import validation", "replication.estimation.validation"),
         ("audit/a.py", "import control", "control"),
         ("audit/a.py", "import cvxpy as cp", "cvxpy"),
-        ("audit/a.py", "def f():\n    from replication.certify import rounding", "replication.certify.rounding"),
+        ("audit/a.py", "def f():\n    from replication.certify import own", "replication.certify.own"),
         ("estimation/a.py", "from ..verify import balls", "replication.verify.balls"),
         ("certify/a.py", "from papers.toy.data import A", "papers.toy.data.A"),
         ("certify/deep/a.py", "def f():\n    from ...audit import model", "replication.audit.model"),

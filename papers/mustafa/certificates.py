@@ -22,9 +22,8 @@ from papers.mustafa.method import (
     responses,
     uncertainty_channel,
 )
-from replication.certify import nonuniform
+from replication.certify import nonuniform, rounded, rounded_array, rounded_down, rounded_up
 from replication.certify.multirate import lyapunov_matrices
-from replication.certify.rounding import rounded, rounded_array, rounded_down, rounded_up
 from replication.estimation.conic.program import solve_modelled
 from replication.estimation.linear.norms import hinf_norm, l2_gain
 from replication.estimation.linear.periodic import PeriodicSystem, Stage, frequency_response

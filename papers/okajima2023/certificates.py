@@ -10,8 +10,7 @@ from papers.okajima2023.experiments.declared import LARGEST_ENTRY, TRIED
 from papers.okajima2023.experiments.unstable import stated_matrices
 from papers.okajima2023.method.recovery import recover_outputs
 from papers.okajima2023.printed import PLANT
-from replication.certify import multirate
-from replication.certify.rounding import decimals
+from replication.certify import decimals, multirate
 from replication.errors import AuditError
 
 MATRICES = {"free": "any entries", "second": "other diagonal"}

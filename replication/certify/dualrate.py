@@ -7,7 +7,7 @@ import numpy as np
 import scipy.linalg
 from flint import fmpq, fmpq_mat
 
-from replication.certify.rounding import as_floats, bracket, exact, rounded, rounded_array, rounded_down
+from replication.certify import as_floats, bracket, exact, rounded, rounded_array, rounded_down
 from replication.estimation.dualrate.loop import (
     DualRateLoop,
     Points,

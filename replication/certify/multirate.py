@@ -8,7 +8,7 @@ import cvxpy as cp
 import numpy as np
 import scipy.linalg
 
-from replication.certify.rounding import (
+from replication.certify import (
     as_floats,
     bracket,
     exact,
@@ -32,9 +32,6 @@ from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
 from replication.estimation.validation import Array, ComplexArray
 from replication.verify.reading import written
-
-# Disturbances that bound a gain from below: the worst one for given gains, and those that no sensor shows
-
 
 BITS = 24
 """Of the entries of a disturbance of norm one: its ratio is off by the square of that."""
@@ -151,12 +148,6 @@ def gain(theorem: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def gain_in_units(theorem: Mapping[str, Any]) -> dict[str, Any]:
-    """`gain` by `in_units`."""
-    problem = problem_of(theorem)
-    return in_units(theorem, l2_gain(problem.error_system(as_floats(theorem["plant"]["L"]))).value, gain)
-
-
 def in_units(
     theorem: Mapping[str, Any], level: float, maker: Callable[[Mapping[str, Any]], dict[str, Any]]
 ) -> dict[str, Any]:
@@ -258,9 +249,6 @@ def lyapunov_matrices(system: PeriodicSystem, level: float, slack: float = SLACK
     return matrices[::-1]
 
 
-# Certificates of gains under losses: storage functions on all that may happen, and the worst pattern found
-
-
 LOSS_MARGIN = 1e-6
 """Relative distances of the bounds to the numbers found: room for the rounding of the storage functions."""
 
@@ -306,9 +294,6 @@ def _bounded(theorem: Mapping[str, Any]) -> dict[str, Any]:
             "v": v,
         },
     }
-
-
-# Certificates of levels that are compared: of two schedules, and of Theorem 1 with one matrix for all instants
 
 
 DUAL_BITS = 20

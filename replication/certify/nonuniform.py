@@ -11,7 +11,7 @@ import scipy.linalg
 import scipy.sparse.linalg
 from flint import arb, arb_mat, ctx, fmpq
 
-from replication.certify.rounding import (
+from replication.certify import (
     as_floats,
     exact,
     rational,
@@ -25,21 +25,21 @@ from replication.errors import SolverError
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.linear.periodic import LiftedResponse, PeriodicSystem, Stage
 from replication.estimation.linear.riccati import symmetric
-from replication.estimation.nonuniform.bounds.guarantee import guaranteed_level
-from replication.estimation.nonuniform.bounds.worst_case import worst_sequence
-from replication.estimation.nonuniform.filters import Filter, error_system, periodic_gain
-from replication.estimation.nonuniform.nominal import closed_form, deadbeat_filter, riccati_filter
+from replication.estimation.nonuniform.filters import (
+    Filter,
+    closed_form,
+    deadbeat_filter,
+    error_system,
+    periodic_gain,
+    riccati_filter,
+)
+from replication.estimation.nonuniform.guarantee import guaranteed_level
 from replication.estimation.nonuniform.plant import DurationPlant, PeriodRange, SampledPlant, weights_of
 from replication.estimation.nonuniform.robust import robust_design
 from replication.estimation.nonuniform.stamped.design import StampedFilter, StampedPlant, StampedProof, proved_design
+from replication.estimation.nonuniform.worst_case import worst_sequence
 from replication.estimation.validation import Array, ComplexArray
 from replication.verify.algebra.linear import beside, block, hold, identity, rounded_ends, zeros
-
-# Storage matrices at one constant period, in balls: close to an optimum they are too ill-conditioned for doubles.
-#
-# Where the bound is a relative distance d above the gain, some states need a storage of the order of 1/d times their
-# output, while the inequality has room of the order of d.
-
 
 PRECISION = 200
 SLACK = fmpq(1, 2**40)
@@ -55,8 +55,10 @@ Json = Mapping[str, Any]
 def storage_matrix(plant: Json, filter_: Json, period: str, level: fmpq, *, weighted: bool = False) -> list[list[str]]:
     """P = A'(P + PB (w g^2 - B'PB)^-1 B'P) A + w C'C + slack of the error system at `period`, by doubling from P = 0.
 
-    plant, filter_: as certificates write them; w = 1, or the period if `weighted`. Raises SolverError if there is
-    none: the level g is too low.
+    plant, filter_: as certificates write them; w = 1, or the period if `weighted`. In balls, since doubles do not do
+    close to an optimum: a relative distance d above it some states need a storage of the order of 1/d times their
+    output, while the inequality has room of the order of d. Raises SolverError if there is none: the level g is too
+    low.
     """
     with ctx.workprec(PRECISION):
         low, high = (arb(a[0, 0]) + arb(a[0, 1]) * arb.pi() for a in (exact([plant[end]]) for end in ("h_l", "h_u")))
@@ -162,8 +164,7 @@ def gain_lower(theorem: Mapping[str, Any], *, horizon: int = 0, final_horizon: i
     At one constant period there is nothing to search; `horizon` is then 0.
     """
     system, periods = problem_of(theorem["plant"], theorem["parameters"])
-    chosen = theorem["plant"].get("filter") or theorem["parameters"]["filter"]
-    filter_ = filter_of(chosen)
+    filter_ = filter_of(theorem["plant"].get("filter") or theorem["parameters"]["filter"])
     runs: Sequence[int] = (1,)
     if horizon:
         runs = worst_sequence(system, filter_, periods, horizon=horizon, final_horizon=final_horizon).runs
@@ -260,9 +261,6 @@ def optimum_lower(theorem: Mapping[str, Any]) -> Made:
     }
 
 
-# Certificates of filters with time stamps: the storage of the design, and a periodic disturbance of a bad pattern
-
-
 STAMPED_BITS = 30
 """Bits of a bound."""
 LOST = 30
@@ -332,8 +330,7 @@ def least_gain(theorem: Mapping[str, Any], *, horizon: int) -> Made:
 
 def along_pattern(plant: SampledPlant, filter_: StampedFilter, h: Array) -> PeriodicSystem:
     """The error under periods h (p,) that repeat: before the first comes the last."""
-    upper = plant.transitions(np.array([h[-1], *h]))[:, : plant.order]
-    steps, drives = filter_.steps_along(plant, np.array([h[-1], *h]), upper)
+    steps, drives = filter_.steps_along(plant, np.array([h[-1], *h]))
     direct = np.zeros((len(plant.L), drives.shape[2]))
     return PeriodicSystem(tuple(Stage(A, B, plant.L, direct) for A, B in zip(steps[1:], drives[1:], strict=True)))
 

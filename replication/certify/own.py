@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from replication.certify import decimals, multirate, nonuniform, rationals, rounded_up
 from replication.certify import dualrate as dualrate_makers
-from replication.certify import multirate, nonuniform
 from replication.certify.delay import levels as delay_makers
-from replication.certify.rounding import decimals, rationals, rounded_up
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.results import GainResult
 from replication.estimation.delay.result import DelayResult
@@ -30,7 +29,6 @@ from replication.verify.subjects import FORMAT
 from replication.verify.theorem import Refused
 
 Made = dict[str, Any]
-Theorem = dict[str, Any]
 
 WIDTH = "1/1000000"
 """Largest relative distance of the bounds of an exact gain that is asked of a certificate."""
@@ -87,7 +85,7 @@ def certified(result: GainResult, name: str = "own", *, as_written: bool = False
     return document, theorem.sentence
 
 
-def _theorem(statement: str, plant: Mapping[str, Any], parameters: Mapping[str, Any]) -> Theorem:
+def _theorem(statement: str, plant: Mapping[str, Any], parameters: Mapping[str, Any]) -> Made:
     """All fields but bound and witness."""
     return {
         "format": FORMAT,
@@ -111,7 +109,7 @@ def _finite(number: Any, **arrays: Any) -> dict[str, Any]:
 def _multirate(result: MultirateResult, name: str, number: Any) -> Made:
     theorem = _sensed("multirate.gain", result, result.problem, {"relative": WIDTH}, name, number)
     theorem["plant"] |= _finite(rationals, L=result.gains["L"])
-    return {**theorem, **multirate.gain_in_units(theorem)}
+    return {**theorem, **multirate.in_units(theorem, result.value, multirate.gain)}
 
 
 def _losses(result: LossResult, name: str, number: Any) -> Made:
@@ -119,10 +117,9 @@ def _losses(result: LossResult, name: str, number: Any) -> Made:
         raise InvalidInputError(
             "the verifier has no statement on mean errors; a certificate is made under at most so many losses in a row"
         )
-    together = result.model.together
     misses: Any = result.model.misses  # as it is kept, one for each sensor or one for all
     counts = misses * result.model.channels(result.problem.plant.sensors) if len(misses) == 1 else misses
-    more = {"together": int(together), "misses": list(counts)}
+    more = {"together": int(result.model.together), "misses": list(counts)}
     theorem = _sensed("multirate.gain-under-losses", result, result.problem, more, name, number)
     gains = _finite(rationals, L=result.gains["L"])["L"]
     return {**theorem, **multirate.gain_under_losses(theorem, gains, result.bracket.upper)}
@@ -130,7 +127,7 @@ def _losses(result: LossResult, name: str, number: Any) -> Made:
 
 def _sensed(
     statement: str, result: GainResult, problem: MultirateProblem, more: Mapping[str, Any], name: str, number: Any
-) -> Theorem:
+) -> Made:
     """A theorem on a result, all sensors used."""
     plant, schedule = problem.plant, problem.schedule
     if plant.correlated:

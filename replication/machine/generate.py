@@ -1,6 +1,7 @@
 """From a certificate on a level of a multi-rate observer to a file for Coq: its theorem, its data, three checks.
 
-The file holds no plant: it names one in the paper's `coq/Decimals.v`, and the gains of `multirate.gain`.
+The file holds no plant: it names one in the paper's `coq/Decimals.v`, and the gains of `multirate.gain`. Nothing here
+is trusted: what is wrong, Coq refuses.
 """
 
 import re
@@ -13,16 +14,11 @@ from typing import Any
 from flint import fmpq, fmpq_mat, fmpz, fmpz_mat
 
 from replication.errors import InfeasibleError, InvalidInputError
-from replication.machine.theory import GAIN, PREDICTOR, SMOOTHER
+from replication.machine import GAIN, PREDICTOR, SMOOTHER
 from replication.verify.algebra.linear import block, identity, submatrix, zeros
 from replication.verify.multirate.levels import matrix_30
 from replication.verify.multirate.sensing import Sensing, advanced, read_sensing, schedule, steady
 from replication.verify.reading import matrices, matrix, rational
-
-# Witnesses of Coq's checkers from those of certificates: storage with room, and disturbances from rest.
-#
-# Exact arithmetic, and never trusted: what is wrong here, Coq refuses.
-
 
 ROOM = range(12, 61, 4)
 """Exponents tried for the room 2^-k that is left in the matrix of Theorem 2."""
@@ -240,14 +236,11 @@ def _number(text: str) -> str:
     return f"Qmake {number.p} {number.q}" if number >= 0 else f"Qmake ({number.p}) {number.q}"
 
 
-def _integer(number: int) -> str:
-    """In hexadecimal, which Coq reads faster, once it is long."""
-    return str(number) if abs(number) < 1 << 64 else hex(number)
-
-
 def _rows(M: fmpq_mat, denominator: int) -> str:
+    """Integers over a denominator: in hexadecimal, which Coq reads faster, once they are long."""
     integers = (M * denominator).numer_denom()[0] if M.nrows() else fmpz_mat(0, 0)
-    return "; ".join(f"[:: {'; '.join(_integer(int(entry)) for entry in row)}]" for row in integers.tolist())
+    texts = ([str(x) if abs(x) < 1 << 64 else hex(x) for x in map(int, row)] for row in integers.tolist())
+    return "; ".join(f"[:: {'; '.join(row)}]" for row in texts)
 
 
 def _table(M: fmpq_mat) -> str:

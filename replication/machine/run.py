@@ -17,8 +17,8 @@ from typing import Any
 
 from replication.errors import InvalidInputError, ReplicationError
 from replication.files import write_atomically
+from replication.machine import STATEMENTS, THEORY, sum_for
 from replication.machine.generate import identifier, proposition, source
-from replication.machine.theory import STATEMENTS, THEORY, sum_for
 from replication.verify.reading import content, parse
 from replication.verify.run import verify
 from replication.verify.subjects import Wanted, papers, theorems

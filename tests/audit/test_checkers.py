@@ -14,6 +14,7 @@ import pytest
 from looking import evidence
 from sample import results
 
+from replication import machine as coq
 from replication import twice
 from replication.audit.judge import proofs
 from replication.audit.judge.proofs import checked_twice, machine_checked, wanted
@@ -22,7 +23,6 @@ from replication.audit.report.page import render
 from replication.audit.report.templates import source
 from replication.audit.store.records import CertificateRecord, ResultsFile
 from replication.errors import AuditError
-from replication.machine import theory as coq
 
 ROOT = Path(__file__).parents[2]
 PAPERS = sorted(path.parent.name for path in (ROOT / "papers").glob(f"*/{twice.RECORD}"))

@@ -15,9 +15,9 @@ import pytest
 from replication.audit.judge.proofs import sha256
 from replication.audit.judge.proofs import wanted as proofs
 from replication.errors import AuditError, InvalidInputError, ReplicationError
+from replication.machine import sum_for
 from replication.machine.generate import identifier, proposition, source
 from replication.machine.run import CLOSED, PACKAGES, RECORD, Coq, audited, checked, counted, lines, prepared, wanted
-from replication.machine.theory import sum_for
 
 ROOT = Path(__file__).parents[2]
 PAPER = "okajima2023"

@@ -19,7 +19,7 @@ from replication.audit.judge.validate import validate_theorems
 from replication.audit.model import Evidence, Kind, Outcome, StatedClaim
 from replication.audit.run.prove import prove
 from replication.audit.store.records import CertificateRecord
-from replication.certify.delay import gram, levels
+from replication.certify.delay import dual, levels
 from replication.verify.run import STATEMENTS, check, committed
 from replication.verify.subjects import theorems
 
@@ -199,7 +199,7 @@ def test_what_is_made_and_what_is_committed_prove_the_same_as_tightly(name: str)
 
 def test_a_looser_certificate_is_proved_but_too_wide(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(levels, "STEPS", (5e-6,))
-    monkeypatch.setattr(gram, "INTERIOR_STEPS", (2e-5,))
+    monkeypatch.setattr(dual, "INTERIOR_STEPS", (2e-5,))
     monkeypatch.setattr(levels, "BELOW", 1e-5)
     monkeypatch.setattr(levels, "ROOT_BITS", 18)
     for name in (*BRACKETS, "ex2-unstable"):

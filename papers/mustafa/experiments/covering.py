@@ -9,11 +9,10 @@ import numpy as np
 from papers.mustafa import method
 from papers.mustafa.experiments.levels import Json, Matrices, crossing, problem
 from replication.estimation.linear.norms import hinf_norm
-from replication.estimation.nonuniform.bounds.worst_case import worst_case_gain
-from replication.estimation.nonuniform.filters import periodic_gain
-from replication.estimation.nonuniform.nominal import riccati_filter
+from replication.estimation.nonuniform.filters import periodic_gain, riccati_filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import design_for_periods
+from replication.estimation.nonuniform.worst_case import worst_case_gain
 
 LeftSide = Callable[[float, float], float]
 """The left side of (8) for an element h_0, at a period."""

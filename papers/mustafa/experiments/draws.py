@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 
 from papers.mustafa.experiments.levels import Json, Matrices, problem, subject
-from replication.estimation.nonuniform.bounds.worst_case import error_ratio
 from replication.estimation.nonuniform.filters import Filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
+from replication.estimation.nonuniform.worst_case import error_ratio
 from replication.estimation.validation import Array
 
 HELD = 25

@@ -9,12 +9,11 @@ import numpy as np
 from papers.mustafa import method
 from replication.audit.judge.printed import Parameters, spread
 from replication.estimation import nonuniform
-from replication.estimation.nonuniform.bounds.guarantee import guaranteed_level
-from replication.estimation.nonuniform.bounds.worst_case import worst_case_gain
-from replication.estimation.nonuniform.filters import Filter, periodic_gain
-from replication.estimation.nonuniform.nominal import closed_form, riccati_filter, riccati_level
+from replication.estimation.nonuniform.filters import Filter, closed_form, periodic_gain, riccati_filter, riccati_level
+from replication.estimation.nonuniform.guarantee import guaranteed_level
 from replication.estimation.nonuniform.plant import DurationPlant, PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import design_for_periods, robust_design
+from replication.estimation.nonuniform.worst_case import worst_case_gain
 
 Json = dict[str, Any]
 Matrices = dict[str, list[list[float]]]

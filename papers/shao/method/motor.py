@@ -13,7 +13,7 @@ import scipy
 from replication.estimation.dualrate.loop import DualRateLoop, monodromy, reference, require_stable, steady_state
 from replication.estimation.dualrate.observers import Harmonic
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, make_plant
-from replication.estimation.nonuniform.stamped.transition import Transition
+from replication.estimation.nonuniform.stamped.kalman import Transition
 from replication.estimation.validation import Array, ComplexArray
 
 

@@ -20,7 +20,7 @@ from replication.audit.store.records import CertificateRecord, shared
 from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError
 from replication.files import sha256
-from replication.machine.theory import STATEMENTS, sum_for
+from replication.machine import STATEMENTS, sum_for
 from replication.twice import RECORD, second
 from replication.verify.predicate import Exported, Predicate, Term, differences, in_words
 from replication.verify.subjects import theorems

@@ -6,12 +6,16 @@ Functionals u are numbered: the point variables, then int t^c f_k(t) dt at point
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 from flint import fmpq, fmpq_mat
 
-from replication.estimation.delay.sos.cone import Blocks
+from replication.certify import exact, rational
+from replication.errors import InvalidInputError
+from replication.estimation.delay.sos.cone import Blocks, ConeBlock
+from replication.verify.algebra.linear import block, identity, take_rows
 
 Key = tuple[Any, ...]
 Form = dict[Key, fmpq]
@@ -23,25 +27,25 @@ WEIGHTS: tuple[Mapping[int, int], ...] = ({0: 1}, {1: -1, 2: -1})
 
 @dataclass(frozen=True)
 class Basis:
-    """zeta(t) = [u; t^a f(t); t^a int s^b f(s) ds] with a <= degree, under the weight number `weight`.
-
-    kernels: the powers a and b of the moments.
-    """
+    """zeta(t) = [u; t^a f(t); t^a int s^b f(s) ds], with the degree of a and the weight that a block of a cone has."""
 
     points: int
     functions: int
-    degree: int
-    weight: int
-    kernels: Sequence[tuple[int, int]]
+    block: ConeBlock
+
+    @property
+    def kernels(self) -> list[tuple[int, int]]:
+        """The powers a and b of the moments."""
+        return list(zip(*map(np.ndarray.tolist, self.block.kernel_basis()), strict=True))
 
     @property
     def size(self) -> int:
         """Number of entries."""
-        return self.points + self.functions * (self.degree + 1 + len(self.kernels))
+        return self.points + self.functions * self.block.members
 
     def members(self) -> list[tuple[int, int | None, int | None]]:
         """For each entry: the power of t, the functional it is a multiple of, and the function it is a multiple of."""
-        powers = range(self.degree + 1)
+        powers = range(self.block.degree + 1)
         functions = range(self.functions)
         moments = [(a, self.points + b * self.functions + k, None) for a, b in self.kernels for k in functions]
         return [
@@ -56,7 +60,7 @@ class Basis:
         for i, (first, left, f) in enumerate(members):
             for j in range(i, len(members)):
                 second, right, g = members[j]
-                for shift, factor in WEIGHTS[self.weight].items():
+                for shift, factor in WEIGHTS[self.block.weighted].items():
                     power, weight = first + second + shift, fmpq(factor * (1 if i == j else 2))
                     if f is not None and g is not None:
                         yield (i, j), ("local", power, min(f, g), max(f, g)), weight
@@ -69,16 +73,7 @@ class Basis:
 
 def bases(points: int, functions: int, blocks: Blocks) -> list[Basis]:
     """Of the matrices of a cone, under both weights."""
-    return [
-        Basis(
-            points,
-            functions,
-            block.degree,
-            int(block.weighted),
-            list(zip(*map(np.ndarray.tolist, block.kernel_basis()), strict=True)),
-        )
-        for block in blocks
-    ]
+    return [Basis(points, functions, block) for block in blocks]
 
 
 def pair(first: int, second: int) -> Key:
@@ -154,11 +149,38 @@ class Dynamics:
         return self.first + self.states + self.functions
 
 
+def change_of(plant: Mapping[str, Any]) -> fmpq_mat:
+    """Rational coordinates in which the last states are the measurements: unit rows above C_2, the first that serve."""
+    sensor = exact(plant["C2"])
+    q, n = sensor.nrows(), sensor.ncols()
+    if all(sensor[i, j] == 0 for i in range(q) for j in range(n - q)):
+        return identity(n)
+    for states in combinations(range(n), n - q):
+        change = block([[take_rows(identity(n), states)], [sensor]])
+        if change.det() != 0:
+            return change
+    raise InvalidInputError("the rows of C_2 are dependent; drop redundant measurements")
+
+
+def dynamics_of(plant: Mapping[str, Any], change: fmpq_mat) -> Dynamics:
+    """The plant in the coordinates `change`, in exact numbers."""
+    back = change.inv()
+    return Dynamics(
+        A0=change * exact(plant["A0"]) * back,
+        late=block([[change * exact(matrix) * back for matrix in plant["A"]]]),
+        delays=tuple(rational(delay) for delay in plant["delays"]),
+        B=change * exact(plant["B"]),
+        C10=exact(plant["C10"]) * back,
+        late_output=block([[exact(matrix) * back for matrix in plant["C1"]]]),
+        measured=len(plant["C2"]),
+    )
+
+
 def rates(system: Dynamics, count: int) -> tuple[list[int], list[dict[int, fmpq]]]:
     """For each functional of V: its number among those of the derivative, and its rate as a combination of them."""
     n, width, e = system.states, system.functions, system.first
     late, base = e + n, system.points
-    where = [e + i for i in range(n)]
+    where = [*range(e, late), *range(base, base + count * width)]
     rate: list[dict[int, fmpq]] = []
     for i in range(n):
         row = {k: -system.B[i, k] for k in range(system.B.ncols())}
@@ -168,7 +190,6 @@ def rates(system: Dynamics, count: int) -> tuple[list[int], list[dict[int, fmpq]
     for c in range(count):
         for k in range(width):
             speed = 1 / system.delays[k // n]
-            where.append(base + c * width + k)
             row = {late + k: -speed * (-1) ** c}
             if c == 0:
                 row[e + k % n] = speed

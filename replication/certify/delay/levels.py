@@ -1,19 +1,23 @@
-"""Certificates of observers of systems with delays: levels of Theorem 3 from above, of any observer from below."""
+"""Certificates of observers of systems with delays: levels of Theorem 3 from above, of any observer from below.
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+Of Theorem 3 a strictly feasible point in floating point is rounded, then changed in a few entries so that every
+equality holds: nothing of the solver is trusted.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from itertools import combinations
 from typing import Any
 
 import cvxpy as cp
 import numpy as np
+import scipy.sparse as sparse
 from flint import fmpq, fmpq_mat
+from numpy.polynomial import legendre as classical
 from scipy.linalg import block_diag
+from scipy.sparse.linalg import lsqr
 
-from replication.certify.delay.forms import Dynamics
-from replication.certify.delay.gram import SOLVED, centred, exact_grams
-from replication.certify.rounding import (
+from replication.certify import (
     as_floats,
     exact,
     floats,
@@ -25,16 +29,173 @@ from replication.certify.rounding import (
     rounded_up,
     stepwise,
 )
+from replication.certify.delay import forms
+from replication.certify.delay.forms import Basis, Dynamics, Entry, Form, Key, change_of, dynamics_of
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
+from replication.estimation.conic.program import Program
+from replication.estimation.conic.sdpa import SdpaOptions, solve_sdpa
 from replication.estimation.delay import DelayPlant, delay_system, minimum_gain
 from replication.estimation.delay.exact.smoothing import smoother_bound, smoother_gains
 from replication.estimation.delay.exact.terms import plant_terms
 from replication.estimation.delay.general.cone import line_form, moment_plant
+from replication.estimation.delay.sos import synthesis
+from replication.estimation.delay.sos.cone import DegreeRule, cone_blocks
 from replication.estimation.delay.spectrum import rightmost_roots
 from replication.estimation.delay.units import natural_units
 from replication.estimation.validation import Array
-from replication.verify.algebra.linear import block, identity, take_rows
+from replication.verify.algebra.linear import identity
 from replication.verify.reading import written
+
+CENTRE = SdpaOptions(tolerance=1e-9, scale=1e2, gap=1.0, residual=1e-4)
+"""For the centre: any point with a margin serves, so that the gap of its objective says nothing."""
+CAREFUL = replace(CENTRE, scale=1e1, step=0.7)
+"""Shorter steps from nearer by, for levels close to the least, where the long ones leave no room."""
+ROOM = 1e-9
+"""Least eigenvalue below which the residuals that are left could spoil the rounding."""
+PROJECTIONS = 3
+"""The first leaves what least squares leave, the others rounding."""
+SOLVED = {
+    "each": DegreeRule.TENSOR,
+    "total": DegreeRule.TOTAL,
+    "outer": DegreeRule.OUTER,
+    "inner": DegreeRule.INNER,
+}
+"""The rules of the verifier in words of the solver."""
+SPARE_BITS = 10
+"""Bits of the rounding beyond the margin of the centre."""
+
+
+@dataclass(frozen=True)
+class GramPoint:
+    """Gram matrices of the storage and of the dissipation, for both weights, in powers of t; and their least margin."""
+
+    storage: tuple[Array, Array]
+    dissipation: tuple[Array, Array]
+    margin: float
+
+
+def centred(system: DelayPlant, gamma: float, degree: int, trace: float, rule: str) -> GramPoint:
+    """The point of Theorem 3 at the level gamma whose Gram matrices, of this trace at most, have the largest margin."""
+    base = synthesis.program(synthesis.assemble(system, degree, SOLVED[rule]), 0.0, gamma)
+    eye = np.concatenate([np.eye(size).ravel() for size in base.blocks])
+    rows = base.a.shape[0]
+    # M = margin I + X with X >= 0: maximise the margin; the last row bounds the traces.
+    upper = sparse.hstack([sparse.csr_array((base.a @ eye)[:, None]), sparse.csr_array((rows, 1)), base.a])
+    lower = sparse.csr_array(np.concatenate([[eye.sum(), 1.0], eye])[None, :])
+    program = Program(
+        sparse.vstack([upper, lower], format="csr"),
+        np.concatenate([base.b, [trace]]),
+        np.concatenate([[-1.0, 0.0], 0.0 * eye]),
+        2,
+        base.blocks,
+    )
+    for options in (CENTRE, CAREFUL):
+        solution = solve_sdpa(program, options)
+        x = solution.x[2:] + float(solution.linear[0]) * eye
+        # To the nearest point that meets the equalities: less of the margin is lost so than where rounding mends all.
+        for _ in range(PROJECTIONS):
+            x = x - lsqr(base.a, base.a @ x - base.b, atol=0.0, btol=0.0, conlim=0.0)[0]
+        blocks = base.matrices(x)
+        margin = min(float(np.linalg.eigvalsh(block)[0]) for block in blocks)
+        if margin >= ROOM:
+            break
+    else:
+        raise InfeasibleError(f"no room for rounding at the level {gamma!r}: margin {margin:.1e}; raise the level")
+    n, functions = system.states, system.states * system.delay_count
+    every = n + functions + system.b.shape[1] + system.c10.shape[0]
+    both = (
+        basis for points in (n, every) for basis in forms.bases(points, functions, cone_blocks(degree, SOLVED[rule]))
+    )
+    grams = [change.T @ block @ change for block, change in zip(blocks, map(to_legendre, both), strict=True)]
+    least = min(float(np.linalg.eigvalsh(gram)[0]) for gram in grams)
+    return GramPoint((grams[0], grams[1]), (grams[2], grams[3]), least)
+
+
+def to_legendre(basis: Basis) -> Array:
+    """The matrix that takes zeta in powers of t to the same in orthonormal Legendre polynomials."""
+    count, functions = basis.block.degree + 1, basis.functions
+    powers = _legendre_powers(count)
+    indices = [a * (count + 1) + b for a, b in basis.kernels]
+    points = basis.points
+    middle = points + functions * count
+    change = np.eye(basis.size)
+    change[points:middle, points:middle] = np.kron(powers[:count, :count], np.eye(functions))
+    # The powers of a polynomial are no higher than its own, so that those of each rule go among themselves.
+    change[middle:, middle:] = np.kron(np.kron(powers, powers)[np.ix_(indices, indices)], np.eye(functions))
+    return change
+
+
+def _legendre_powers(degree: int) -> Array:
+    """Rows: the coefficients of the orthonormal Legendre polynomials of [-1, 0] in powers of t."""
+    table = np.zeros((degree + 1, degree + 1))
+    for a in range(degree + 1):
+        powers = np.polynomial.Polynomial(classical.leg2poly(np.eye(degree + 1)[a]))
+        table[a, : a + 1] = (np.sqrt(2.0 * a + 1.0) * powers(np.polynomial.Polynomial([1.0, 2.0]))).coef[: a + 1]
+    return table
+
+
+def exact_grams(dynamics: Dynamics, gamma: fmpq, degree: int, point: GramPoint, rule: str) -> dict[str, list[fmpq_mat]]:
+    """Rational Gram matrices near `point` that satisfy the identity of Theorem 3 exactly at the level gamma."""
+    bits = max(0, SPARE_BITS - int(np.floor(np.log2(point.margin))))
+    n, width = dynamics.states, dynamics.functions
+    blocks = cone_blocks(degree, SOLVED[rule])
+    v_bases, h_bases = (forms.bases(points, width, blocks) for points in (n, dynamics.points))
+    storage, dissipation = (
+        [exact(rounded_array((matrix + matrix.T) / 2.0, bits)) for matrix in pair]
+        for pair in (point.storage, point.dissipation)
+    )
+    # The entry (weight, i, j) of N that corrects each coefficient, and the factor with which it enters.
+    pivots: dict[Key, tuple[int, Entry, fmpq]] = {}
+    for weight, basis in enumerate(h_bases):
+        for entry, key, factor in basis.terms():
+            pivots.setdefault(key, (weight, entry, factor))
+    _meet_storage(dynamics, v_bases, storage, set(pivots))
+    value_function = forms.total(map(forms.form_of, v_bases, storage))
+    target = forms.total([forms.derivative(dynamics, value_function), forms.supply(dynamics, gamma)])
+    # The highest moment against a point variable stands in the weighted matrix and moves the next lower one.
+    for last in (True, False):
+        now = forms.total(
+            [target, *(forms.form_of(basis, gram) for basis, gram in zip(h_bases, dissipation, strict=True))]
+        )
+        for key, value in now.items():
+            if value == 0 or forms.cancellable(dynamics, key):
+                continue
+            weight, entry, factor = pivots[key]
+            if (weight == 1) == last:
+                _change(dissipation[weight], entry, -value / factor)
+    return {"storage": storage, "dissipation": dissipation}
+
+
+def _meet_storage(dynamics: Dynamics, bases: Sequence[Basis], grams: list[fmpq_mat], reached: set[Key]) -> None:
+    """Change V so that S couples no two delays and dV/dt has no term that neither N nor Z can cancel."""
+    rows: dict[Key, dict[int, fmpq]] = {}
+    position: dict[tuple[int, Entry], int] = {}
+    unmet: dict[Key, Form] = {}
+    for weight, basis in enumerate(bases):
+        for entry, key, value in basis.terms():
+            if key not in unmet:
+                fed = forms.contribution(dynamics, key)
+                unmet[key] = {target: amount for target, amount in fed.items() if target not in reached}
+            for target, per_unit in unmet[key].items():
+                column = position.setdefault((weight, entry), len(position))
+                forms.add(rows.setdefault(target, {}), column, value * per_unit)
+    if not rows:
+        return
+    columns, last = list(position), len(position)
+    now = [grams[weight][entry] for weight, entry in columns]
+    missed = [{**row, last: sum((amount * now[k] for k, amount in row.items()), fmpq(0))} for row in rows.values()]
+    reduced, pivots = forms.echelon(missed, last + 1)
+    for i, column in enumerate(pivots):
+        weight, entry = columns[column]
+        _change(grams[weight], entry, -reduced[i, last])
+
+
+def _change(gram: fmpq_mat, entry: Entry, amount: fmpq) -> None:
+    i, j = entry
+    gram[i, j] += amount
+    if i != j:
+        gram[j, i] += amount
+
 
 STEPS = (1.2e-6, 5e-6, 2e-5, 1e-4)
 """Relative distances of a level from the least one, tried in turn until there is room for rounding."""
@@ -44,33 +205,6 @@ where the kernels have few powers."""
 LEVEL_BITS, FREQUENCY_BITS, ROOT_BITS = 40, 20, 20
 BELOW = 1e-8
 """Relative distance of a lower bound from the gain that floating point finds."""
-
-
-def change_of(plant: Mapping[str, Any]) -> fmpq_mat:
-    """Rational coordinates in which the last states are the measurements: unit rows above C_2, the first that serve."""
-    sensor = exact(plant["C2"])
-    q, n = sensor.nrows(), sensor.ncols()
-    if all(sensor[i, j] == 0 for i in range(q) for j in range(n - q)):
-        return identity(n)
-    for states in combinations(range(n), n - q):
-        change = block([[take_rows(identity(n), states)], [sensor]])
-        if change.det() != 0:
-            return change
-    raise InvalidInputError("the rows of C_2 are dependent; drop redundant measurements")
-
-
-def dynamics_of(plant: Mapping[str, Any], change: fmpq_mat) -> Dynamics:
-    """The plant in the coordinates `change`, in exact numbers."""
-    back = change.inv()
-    return Dynamics(
-        A0=change * exact(plant["A0"]) * back,
-        late=block([[change * exact(matrix) * back for matrix in plant["A"]]]),
-        delays=tuple(rational(delay) for delay in plant["delays"]),
-        B=change * exact(plant["B"]),
-        C10=exact(plant["C10"]) * back,
-        late_output=block([[exact(matrix) * back for matrix in plant["C1"]]]),
-        measured=len(plant["C2"]),
-    )
 
 
 def floating(plant: Mapping[str, Any], change: fmpq_mat | None = None) -> DelayPlant:
@@ -208,12 +342,6 @@ def unstable(theorem: Mapping[str, Any]) -> dict[str, Any]:
     return {"bound": {}, "witness": {"left": left, "right": right}}
 
 
-# Certificates of LMI (3) on the Pade approximation of a system with delays: its least level from both sides.
-#
-# With the continued fraction tanh(x) = 1/(1/x + 1/(3/x + ..)), x = s tau / 2, cut off after N terms, the approximant is
-# (1 - t)/(1 + t); its ladder has a realisation in rationals of moderate size, for even N.
-
-
 PADE_STEPS = (1e-6, 5e-6, 2e-5)
 """Relative distances of the level from the least one, tried in turn until there is room for rounding."""
 PADE_ROOM = 1e-8
@@ -225,7 +353,11 @@ LARGEST = 30.0
 
 @dataclass(frozen=True)
 class Section:
-    """x' = a x + b u, out = c x + d u: the approximant of a delay of 1 s, exact."""
+    """x' = a x + b u, out = c x + d u: Pade's approximant of a delay of 1 s, exact.
+
+    With the continued fraction tanh(x) = 1/(1/x + 1/(3/x + ..)), x = s / 2, cut off after N terms, it is (1 - t)/(1 +
+    t); its ladder has a realisation in rationals of moderate size, for even N.
+    """
 
     a: fmpq_mat
     b: fmpq_mat

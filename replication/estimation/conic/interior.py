@@ -13,14 +13,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import numpy.typing as npt
 import scipy
 
 from replication.errors import SolverError
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.validation import Array
-
-Index = npt.NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -58,11 +55,6 @@ class Scaled:
     inverse: Array
     forward: Array
 
-    @property
-    def metric(self) -> Array:
-        """P."""
-        return np.asarray(self.inverse.T @ self.inverse)
-
 
 def scaled_pair(slack: Array, dual: Array) -> Scaled:
     """Raises LinAlgError if one of them is not positive any more."""
@@ -72,25 +64,14 @@ def scaled_pair(slack: Array, dual: Array) -> Scaled:
     return Scaled(values, (left.T @ dual_lower.T) / root[:, None], lower @ right.T / root)
 
 
-@dataclass(frozen=True)
 class Unknowns:
-    """The upper triangle of W, then the scalars."""
+    """The upper triangle of W, `triangle` numbers, then the scalars."""
 
-    order: int
-    rows: Index
-    columns: Index
-    weights: Array
-
-    @classmethod
-    def of(cls, order: int, scalars: int) -> Unknowns:
-        """Those of a symmetric matrix of an order and of some scalars."""
-        rows, columns = np.triu_indices(order)
-        return cls(order, rows, columns, np.where(rows == columns, 1.0, 2.0))
-
-    @property
-    def triangle(self) -> int:
-        """How many belong to W."""
-        return len(self.rows)
+    def __init__(self, order: int) -> None:
+        self.order = order
+        self.rows, self.columns = np.triu_indices(order)
+        self.weights = np.where(self.rows == self.columns, 1.0, 2.0)
+        self.triangle = len(self.rows)
 
     def split(self, vector: Array) -> tuple[Array, Array]:
         """W and the scalars."""
@@ -121,7 +102,7 @@ class Equations:
     ) -> None:
         """Form and factor the matrix. Raises LinAlgError where that fails."""
         self.unknowns, self.blocks, self.scaled, self.missed, self.lacking = unknowns, blocks, scaled, missed, lacking
-        self.metrics = [part.metric for part in scaled]
+        self.metrics = [part.inverse.T @ part.inverse for part in scaled]
         matrix = _matrix(unknowns, blocks, self.metrics)
         self.unit = 1.0 / np.sqrt(np.diag(matrix))
         self.matrix = matrix * self.unit[:, None] * self.unit
@@ -237,7 +218,7 @@ def solve(blocks: tuple[Block, ...], order: int, cost: Array, *, gap: float = GA
 
     Raises SolverError if none is.
     """
-    unknowns = Unknowns.of(order, len(cost))
+    unknowns = Unknowns(order)
     b = np.concatenate([np.zeros(unknowns.triangle), cost])
     start = tuple(START * np.eye(len(block.constant)) for block in blocks)
     now = _Iterate(np.zeros(len(b)), start, start)

@@ -71,22 +71,6 @@ class SdpaOptions:
     residual: float = 1e-6
     threads: int = 1
 
-    def as_dict(self) -> Options:
-        """The options under SDPA's own names.
-
-        Returns
-        -------
-        dict
-            As its parameters are called.
-        """
-        return {
-            "epsilonStar": float(self.tolerance if self.gap_asked is None else self.gap_asked),
-            "epsilonDash": float(self.tolerance),
-            "lambdaStar": float(self.scale),
-            "maxIteration": int(self.iterations),
-            "gammaStar": float(self.step),
-        }
-
 
 def run_sdpa(program: Program, options: Options, threads: int = 1) -> tuple[Array, Array, SolverReport]:
     """The points x and y at which SDPA ended, and what it said, without residuals."""
@@ -208,7 +192,14 @@ def solve_sdpa(program: Program, options: SdpaOptions | None = None) -> Solution
     within the options; else SolverError.
     """
     settings = options or SdpaOptions()
-    x, y, said = run_sdpa(program, settings.as_dict(), settings.threads)
+    named: Options = {
+        "epsilonStar": float(settings.tolerance if settings.gap_asked is None else settings.gap_asked),
+        "epsilonDash": float(settings.tolerance),
+        "lambdaStar": float(settings.scale),
+        "maxIteration": int(settings.iterations),
+        "gammaStar": float(settings.step),
+    }
+    x, y, said = run_sdpa(program, named, settings.threads)
     solution = Solution(program, program.symmetric(x), y, said)
     residuals = solution.residuals()
     trace = program.least_trace(y)

@@ -18,11 +18,11 @@ from replication.errors import InvalidInputError
 from replication.estimation.api.design import Solution
 from replication.estimation.api.plants import Signals, is_statespace, numbered, parts_of, read_plant
 from replication.estimation.api.shown import Simulation, simulated
-from replication.estimation.nonuniform.bounds.worst_case import error_ratio, sequence_gain, simulate_error
 from replication.estimation.nonuniform.filters import Filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
 from replication.estimation.nonuniform.result import LEAVES, NonuniformResult, StampedResult, gains_of
 from replication.estimation.nonuniform.stamped.design import CELLS, StampedPlant
+from replication.estimation.nonuniform.worst_case import error_ratio, sequence_gain, simulate_error
 from replication.estimation.validation import StateSpace, as_matrix
 
 HORIZON = 400

@@ -1,4 +1,9 @@
-"""Filters of form (4), the error system (5) that they make with the plant, and its exact gain for given periods."""
+"""Filters of form (4), their error system (5) with the plant, its exact gain for given periods, and the least one.
+
+The nominal optimum gamma*(h), the least H-infinity norm at one constant period h, comes without a solver: by closed
+forms for scalar signals, and by the Riccati recursion of the H-infinity predictor. Sources: Nagpal and Khargonekar,
+IEEE TAC 36 (1991); Hassibi, Sayed and Kailath, Indefinite-Quadratic Estimation (1999).
+"""
 
 from __future__ import annotations
 
@@ -8,13 +13,14 @@ from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
+import scipy
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.linear.norms import GainBracket, l2_gain
+from replication.estimation.linear.norms import GainBracket, hinf_norm, l2_gain
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
-from replication.estimation.linear.riccati import gramians
-from replication.estimation.nonuniform.plant import SampledPlant
-from replication.estimation.validation import Array, StateSpace, as_matrix
+from replication.estimation.linear.riccati import RiccatiMap, compose, gramians, settled, stacked, symmetric
+from replication.estimation.nonuniform.plant import SampledPlant, balancing
+from replication.estimation.validation import Array, StateSpace, as_matrix, positive_scalar
 
 
 class Estimator(ABC):
@@ -36,8 +42,9 @@ class Estimator(ABC):
     def entry(self, plant: SampledPlant) -> Array:
         """What the transition of the plant is multiplied by from the right."""
 
-    def steps_along(self, plant: SampledPlant, periods: Array, upper: Array) -> tuple[Array, Array]:
-        """`error_step` for each of a sequence of periods, with the upper rows (K, n, n + m) of its transitions."""
+    def steps_along(self, plant: SampledPlant, periods: Array) -> tuple[Array, Array]:
+        """`error_step` for each of a sequence of periods."""
+        upper = plant.transitions(periods)[:, : plant.order]
         return self.error_step(plant, upper[..., : plant.order], upper[..., plant.order :])
 
     def at(self, h: float) -> Self:
@@ -210,3 +217,184 @@ def gains_at(plant: SampledPlant, filters: Sequence[Estimator], periods: Sequenc
     """The gain of each filter at a constant period of its own."""
     pairs = zip(filters, periods, strict=True)
     return np.array([periodic_gain(plant, filter_.at(h), [h]).value for filter_, h in pairs])
+
+
+START = 1e-9
+"""P_0 relative to Gamma Gamma': positive definite, because P = 0 is a fixed point that knows the initial state."""
+SETTLED = 1e-13
+"""Relative change of P per step at which the recursion has settled."""
+MAX_STEPS = 20_000
+INDEFINITE = 1e-7
+"""Negative eigenvalue of P, relative to its size, that cannot be rounding."""
+DEPENDENT = 1e-12
+"""Singular value of the rows of [C, D], or of the correlation of the innovation, that counts as zero."""
+ATTAINED = 1e-5
+"""Relative distance at which the norm of the filter must confirm the level of the recursion."""
+CIRCLE = 1e-7
+"""Distance of a zero from the unit circle below which the closed form is not trusted: gamma* may jump there."""
+
+
+@dataclass(frozen=True)
+class NominalDesign:
+    """level: gamma; filter: of form (4); infeasible: largest level at which the search found none, 0 without one."""
+
+    level: float
+    filter: Filter
+    infeasible: float = 0.0
+
+
+def closed_form(plant: SampledPlant, h: float) -> float:
+    """gamma*(h) for scalar w, y, z in the two cases that have a formula.
+
+    C = L, D != 0: |D| prod |z_i| over the zeros z_i of w -> y outside the unit circle, 0 if there are none (Nevanlinna-
+    Pick interpolation with a Blaschke product). D = 0, C Gamma != 0, all zeros inside: |L Gamma|.
+    Raises InvalidInputError in every other case, with the reason.
+    """
+    Phi, Gamma = plant.discretise(h)
+    if max(plant.B.shape[1], len(plant.C), len(plant.L)) != 1:
+        raise InvalidInputError("the closed forms need scalar w, y and z; use `riccati_level`")
+    D, first = float(plant.D[0, 0]), float((plant.C @ Gamma)[0, 0])
+    if D != 0.0 and not np.array_equal(plant.C, plant.L):
+        raise InvalidInputError("with D != 0 the closed form needs C = L; use `riccati_level`")
+    if D == first == 0.0:
+        raise InvalidInputError("with D = 0 the closed form needs C Gamma(h) != 0; use `riccati_level`")
+    moduli = np.abs(np.linalg.eigvals(Phi - (Gamma @ plant.C / D if D else Phi @ Gamma @ plant.C / first)))
+    if np.any(np.abs(moduli - 1) < CIRCLE):
+        raise InvalidInputError(
+            f"a zero lies on the unit circle (moduli {moduli}); gamma* jumps there, move h a little"
+        )
+    outside = moduli[moduli > 1]
+    if D:
+        return abs(D) * float(np.prod(outside)) if len(outside) else 0.0
+    if len(outside):
+        raise InvalidInputError("with D = 0 the closed form needs zeros inside the unit circle; use `riccati_level`")
+    return abs(float((plant.L @ Gamma)[0, 0]))
+
+
+def deadbeat_filter(plant: SampledPlant, h: float) -> Filter:
+    """The filter with K = Phi Gamma (C Gamma)^-1 that attains |L Gamma| when D = 0 (second case of `closed_form`)."""
+    Phi, Gamma = plant.discretise(h)
+    return observer(plant, h, Phi @ Gamma @ np.linalg.inv(plant.C @ Gamma))
+
+
+def riccati_filter(plant: SampledPlant, h: float, level: float) -> NominalDesign | None:
+    """The central filter with norm below `level` at period h, or None if there is none.
+
+    P(k+1) = Phi P Phi' + Gamma Gamma' - S R^-1 S', R = [C; L] P [C; L]' + diag(DD', -level^2 I),
+    S = Phi P [C; L]' + [Gamma D', 0], from a small P(0) > 0; a filter exists iff P settles with L P L' < level^2.
+    Raises InvalidInputError if the measurements reveal w so that R_11 = C P C' + DD' tends to a singular matrix (more
+    measurements than disturbances, for example), SolverError if the recursion neither settles nor fails.
+    """
+    gamma, T = positive_scalar("level", level), balancing(plant)
+    original, (plant, rows) = plant, _independent(plant.in_coordinates(T))
+    Phi, Gamma = plant.discretise(h)
+    start = START * np.linalg.norm(Gamma @ Gamma.T, 2) * np.eye(plant.order)
+    full_rank = np.linalg.matrix_rank(plant.D) == len(plant.D)
+    P = _doubled(plant, Phi, Gamma, gamma, start) if full_rank else _stepped(plant, Phi, Gamma, gamma, start)
+    # P itself may tend to zero: then the measurements reveal w, and every level is achievable.
+    if P is None or np.linalg.eigvalsh(P)[0] < -INDEFINITE * max(np.linalg.norm(P), np.linalg.norm(start)):
+        return None
+    if np.linalg.eigvalsh(plant.L @ P @ plant.L.T)[-1] >= gamma**2:
+        return None
+    # The a-priori H-infinity filter: K = (Phi Q C' + Gamma D')(C Q C' + D D')^-1 with Q = (P^-1 - L'L/gamma^2)^-1.
+    C, D, L = plant.C, plant.D, plant.L
+    Q = P + P @ L.T @ np.linalg.solve(gamma**2 * np.eye(len(L)) - L @ P @ L.T, L @ P)
+    gain = np.linalg.solve(C @ Q @ C.T + D @ D.T, (Phi @ Q @ C.T + Gamma @ D.T).T).T
+    filter_ = observer(original, h, np.linalg.solve(T, gain) @ rows)
+    return NominalDesign(gamma, filter_) if filter_.spectral_radius() < 1 else None
+
+
+def _independent(plant: SampledPlant) -> tuple[SampledPlant, Array]:
+    """The plant with measurements rows @ y whose rows of [C, D] are independent: copies of others tell nothing new."""
+    joint = np.hstack([plant.C, plant.D])
+    sizes = np.linalg.norm(joint, axis=1, keepdims=True)
+    # Rows of equal length first, so that a small unit of measurement is not taken for a copy.
+    unit = np.divide(1.0, sizes, out=np.zeros_like(sizes), where=sizes > 0)
+    left, values, _ = np.linalg.svd(joint * unit, full_matrices=False)
+    mask = values > DEPENDENT * values[0]
+    if len(mask) == len(joint) and np.all(mask):
+        return plant, np.eye(len(joint))
+    rows = left[:, mask].T * unit.T
+    return type(plant)(plant.A, plant.B, rows @ plant.C, rows @ plant.D, plant.L), rows
+
+
+def _require_innovation(innovation: Array) -> None:
+    """Raise InvalidInputError if a combination of the measurements tells nothing that the past does not."""
+    sizes = np.sqrt(np.maximum(np.diag(innovation), 0.0))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        correlation = innovation / np.outer(sizes, sizes)
+    if not np.all(np.isfinite(correlation)) or np.linalg.eigvalsh(correlation)[0] <= DEPENDENT:
+        raise InvalidInputError(
+            f"the {len(innovation)} measurements reveal the disturbance: C P C' + D D' becomes singular, the Riccati "
+            "recursion has no limit to trust; use `design_for_periods`, or give every sensor noise of its own in D"
+        )
+
+
+def _doubled(plant: SampledPlant, Phi: Array, Gamma: Array, gamma: float, start: Array) -> Array | None:
+    """The limit of the recursion from `start` by doubling; needs D D' > 0, which removes the cross term S."""
+    C, D, L = plant.C, plant.D, plant.L
+    noise = np.linalg.inv(D @ D.T)
+    step = RiccatiMap(
+        Phi - Gamma @ D.T @ noise @ C,
+        symmetric(C.T @ noise @ C - L.T @ L / gamma**2),
+        symmetric(Gamma @ (np.eye(D.shape[1]) - D.T @ noise @ D) @ Gamma.T),
+    )
+    # Doubling starts at zero: measure P from `start`.
+    identity, zero = np.eye(plant.order), np.zeros_like(start)
+    shifted = compose(compose(RiccatiMap(identity, zero, start), step), RiccatiMap(identity, zero, -start))
+    limit = settled(stacked([shifted]))
+    return None if limit is None else start + limit[0]
+
+
+def _stepped(plant: SampledPlant, Phi: Array, Gamma: Array, gamma: float, start: Array) -> Array | None:
+    """The same step by step, for D without full row rank; None as soon as R loses its inertia."""
+    r, s = len(plant.C), len(plant.L)
+    stacked = np.vstack([plant.C, plant.L])
+    cross = np.hstack([Gamma @ plant.D.T, np.zeros((plant.order, s))])
+    direct = scipy.linalg.block_diag(plant.D @ plant.D.T, -(gamma**2) * np.eye(s))
+    P = start
+    for _ in range(MAX_STEPS):
+        R = stacked @ P @ stacked.T + direct
+        S = Phi @ P @ stacked.T + cross
+        _require_innovation(R[:r, :r])
+        if np.linalg.eigvalsh(R[r:, r:])[-1] >= 0:
+            return None
+        following = symmetric(Phi @ P @ Phi.T + Gamma @ Gamma.T - S @ np.linalg.solve(R, S.T))
+        change = float(np.linalg.norm(following - P))
+        P = following
+        if change <= SETTLED * float(np.linalg.norm(P)):
+            return P
+    raise SolverError(f"the Riccati recursion did not settle in {MAX_STEPS} steps at level {gamma:.6g}")
+
+
+def riccati_level(plant: SampledPlant, h: float, *, tolerance: float = 1e-10) -> NominalDesign:
+    """gamma*(h) to a relative `tolerance` by bisection on the Riccati recursion, with the filter at its upper end.
+
+    Raises InfeasibleError if levels near zero are achievable (then the infimum is 0 and is not attained),
+    InvalidInputError as `riccati_filter`, SolverError if the norm of the filter does not confirm the level.
+    """
+    positive_scalar("tolerance", tolerance)
+    Phi, Gamma = plant.discretise(h)
+    high = hinf_norm(Phi, Gamma, plant.L, np.zeros((len(plant.L), Gamma.shape[1]))).upper * (1 + 1e-6)
+    low = high * 1e-6
+    design = riccati_filter(plant, h, high)
+    if design is None:
+        raise SolverError(
+            f"the Riccati recursion rejects the level {high:.6g} that the zero filter attains at h = {h:.6g}"
+        )
+    if riccati_filter(plant, h, low) is not None:
+        raise InfeasibleError(f"gamma*({h:.6g}) is below {low:.3g}: the infimum is 0 and no filter attains it")
+    while high - low > tolerance * high:
+        middle = (low + high) / 2
+        better = riccati_filter(plant, h, middle)
+        if better is None:
+            low = middle
+        else:
+            high, design = middle, better
+    norm = periodic_gain(plant, design.filter, [h])
+    if norm.upper > high * (1 + ATTAINED) or norm.lower < low * (1 - ATTAINED):
+        raise SolverError(
+            f"the Riccati recursion claims the level {high:.9g} at h = {h:.6g}, but its filter has the norm "
+            f"{norm.value:.9g}; use `design_for_periods`"
+        )
+    return replace(design, infeasible=low)

@@ -18,20 +18,23 @@ from replication.estimation.api.plants import Signals
 from replication.estimation.api.results import Bracket, Evidence
 from replication.estimation.api.running import PeriodicObserver
 from replication.estimation.linear.periodic import PeriodicSystem
-from replication.estimation.nonuniform.bounds import compare
-from replication.estimation.nonuniform.bounds.guarantee import guaranteed_level
-from replication.estimation.nonuniform.bounds.worst_case import (
-    BadSequence,
-    WorstCaseGain,
-    worst_case_gain,
-    worst_sequence,
-)
-from replication.estimation.nonuniform.filters import Estimator, Filter, error_system, gains_at, observer
-from replication.estimation.nonuniform.nominal import riccati_level
+from replication.estimation.nonuniform.filters import Estimator, Filter, error_system, gains_at, observer, riccati_level
+from replication.estimation.nonuniform.guarantee import guaranteed_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, balancing
 from replication.estimation.nonuniform.robust import robust_design
 from replication.estimation.nonuniform.stamped.design import StampedFilter, StampedProof, kalman_filters, proved_design
 from replication.estimation.nonuniform.stamped.observer import StampedObserver
+from replication.estimation.nonuniform.worst_case import (
+    BadSequence,
+    WorstCaseGain,
+    beside,
+    floor_of_any_filter,
+    searched,
+    worst_case_gain,
+    worst_sequence,
+    zero_at_constant_periods,
+    zero_filter,
+)
 from replication.estimation.validation import Array, StateSpace, frozen, positive_scalar
 
 BOTH_ENDS = (
@@ -138,7 +141,7 @@ class SequenceResult(Design):
     ) -> Self:
         """The result with its lower end and what it is worth; matrices: of the proof, more: facts of the method."""
         plant, periods, attack = data["plant"], data["periods"], data["gain"].attack
-        lower, levels = compare.beside(plant, data["filter"], periods, (attack.level, upper), horizon=horizon)
+        lower, levels = beside(plant, data["filter"], periods, (attack.level, upper), horizon=horizon)
         what, how = f"runs {attack.runs} of h_u, h_l", f"disturbance over {len(attack.periods)} samples"
         if lower > attack.level:  # constant periods are worse in the long run
             what, how = "a constant period", "exact gain over all time"
@@ -221,7 +224,7 @@ class NonuniformResult(SequenceResult):
     def worst(cls, solution: Solution, *, horizon: int, leaves: int = LEAVES, **data: Any) -> Self:
         """With as many Lyapunov matrices as `leaves`."""
         plant, periods, filter_ = data["plant"], data["periods"], Filter(*solution.gains.values())
-        with threadpool_limits(1, user_api="blas"), compare.searched(horizon):
+        with threadpool_limits(1, user_api="blas"), searched(horizon):
             gain = worst_case_gain(plant, filter_, periods, horizon=horizon, final_horizon=horizon, max_leaves=leaves)
             radius = Evidence(
                 "spectral radius of A_f", filter_.spectral_radius(), "stable for every sequence iff below one"
@@ -277,9 +280,9 @@ class StampedResult(SequenceResult):
             Evidence("violation left", least.violation, "largest eigenvalue of its inequality over the range"),
             Evidence("solver", f"{report.name} {report.version}: {report.status}", "its own word"),
         )
-        without = compare.zero_at_constant_periods(plant, periods.nodes(3).tolist())
+        without = zero_at_constant_periods(plant, periods.nodes(3).tolist())
         if without is not None and proof.level > without:
-            zero = compare.zero_filter(plant)
+            zero = zero_filter(plant)
             still = guaranteed_level(plant, zero, periods, max_leaves=LEAVES)
             if still.level <= proof.level:
                 before = tuple(map(tuple, still.tree.before()))
@@ -293,10 +296,10 @@ class StampedResult(SequenceResult):
     def worst(cls, solution: Solution, *, horizon: int, **data: Any) -> Self:
         """With a floor of any filter."""
         plant, periods, filter_, proof = data["plant"], data["periods"], solution.own["filter"], solution.own["proof"]
-        with compare.searched(horizon):
+        with searched(horizon):
             data |= {"filter": filter_}
             data["gain"] = StampedGain(worst_sequence(plant, filter_, periods, horizon=horizon), proof)
-            floor = compare.floor_of_any_filter(plant, periods, proof.level)
+            floor = floor_of_any_filter(plant, periods, proof.level)
             how = "Riccati recursion, the worst constant period"
             more = [] if floor is None else [Evidence("least level of any filter", floor, how)]
             return cls.bracketed(solution, proof.level, len(proof.storage), more, horizon=horizon, **data)

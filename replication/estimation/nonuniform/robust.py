@@ -15,8 +15,8 @@ from replication.errors import ReplicationError, SolverError
 from replication.estimation.conic import program
 from replication.estimation.conic.sdpa import minimise_refined
 from replication.estimation.linear.norms import hinf_norm
-from replication.estimation.nonuniform.bounds.guarantee import guaranteed_level
 from replication.estimation.nonuniform.filters import Filter, gramian
+from replication.estimation.nonuniform.guarantee import guaranteed_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, as_periods
 from replication.estimation.validation import Array, positive_integer
 
@@ -119,8 +119,7 @@ def lmi10(plant: SampledPlant, Phi: Array, Gamma: Array, v: LmiVariables) -> Arr
 def _blocks(rows: Sequence[Sequence[Array]]) -> Array:
     """The matrices made of these blocks, some of which are stacks of matrices."""
     stack = np.broadcast_shapes(*(part.shape[:-2] for row in rows for part in row))
-    whole = [[np.broadcast_to(part, (*stack, *part.shape[-2:])) for part in row] for row in rows]
-    return np.concatenate([np.concatenate(row, axis=-1) for row in whole], axis=-2)
+    return np.block([[np.broadcast_to(part, (*stack, *part.shape[-2:])) for part in row] for row in rows])
 
 
 def variable_basis(plant: SampledPlant) -> LmiVariables:

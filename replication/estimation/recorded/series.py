@@ -28,7 +28,7 @@ from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.result import KalmanResult
 from replication.estimation.multirate.running import KalmanFilter, StartingFilter
 from replication.estimation.nonuniform import NoisyPlant, StampedKalman
-from replication.estimation.nonuniform.stamped.transition import Transition
+from replication.estimation.nonuniform.stamped.kalman import Transition
 from replication.estimation.recorded.log import Log
 from replication.estimation.validation import Array, as_array
 

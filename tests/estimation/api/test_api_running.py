@@ -20,7 +20,7 @@ from replication.estimation.delay import result as delay_result
 from replication.estimation.delay.sos.observer import error_system, spectral_abscissa
 from replication.estimation.dualrate.observers import over_time
 from replication.estimation.linear.norms import continuous_norm
-from replication.estimation.nonuniform.bounds.worst_case import simulate_error
+from replication.estimation.nonuniform.worst_case import simulate_error
 from tests.estimation.api.api_cases import (
     CASES,
     DT,

@@ -8,13 +8,12 @@ import pytest
 from flint import fmpq
 
 from papers.peet2019.method import open_loop_gain
-from replication.certify import nonuniform
+from replication.certify import exact, nonuniform, rational
 from replication.certify.delay import levels as delay
 from replication.certify.nonuniform import storage_matrix
-from replication.certify.rounding import exact, rational
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.nonuniform.bounds.guarantee import guaranteed_level
 from replication.estimation.nonuniform.filters import periodic_gain
+from replication.estimation.nonuniform.guarantee import guaranteed_level
 from replication.verify.run import check
 
 

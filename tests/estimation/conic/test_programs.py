@@ -205,7 +205,7 @@ def test_a_step_takes_away_what_was_missed_and_keeps_the_duals_balanced() -> Non
     positive = [part @ part.T + np.eye(n) for part in rng.normal(size=(4, n, n))]
     pairs = [scaled_pair(positive[0], positive[1]), scaled_pair(positive[2], positive[3])]
     missed = [symmetric(rng.normal(size=(n, n))) for _ in blocks]
-    unknowns = Unknowns.of(k, 2)
+    unknowns = Unknowns(k)
     lacking = rng.normal(size=unknowns.triangle + 2)
     wanted = [symmetric(rng.normal(size=(n, n))) for _ in blocks]
     dy, slacks, duals = Equations(unknowns, blocks, pairs, missed, lacking).direction(wanted)

@@ -3,8 +3,7 @@
 import numpy as np
 from hypothesis import strategies as st
 
-from replication.estimation.nonuniform.filters import Filter
-from replication.estimation.nonuniform.nominal import deadbeat_filter, riccati_filter, riccati_level
+from replication.estimation.nonuniform.filters import Filter, deadbeat_filter, riccati_filter, riccati_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 
 OSCILLATOR = SampledPlant([[0, 1], [-16, -4.8]], [[0], [16]], [[1, 0]], [[0.1]], [[1, 0]])

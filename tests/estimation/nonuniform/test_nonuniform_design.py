@@ -9,13 +9,17 @@ from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, OSCILLATOR_RANGE, rand
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic.sdpa import GAP
 from replication.estimation.linear.norms import GainBracket
-from replication.estimation.nonuniform import nominal
 from replication.estimation.nonuniform import robust as exchange
-from replication.estimation.nonuniform.bounds.compare import beside, smoother_limit, zero_at_constant_periods
 from replication.estimation.nonuniform.facade import analyse, design_stamped, simulate
 from replication.estimation.nonuniform.facade import design as design_filter
-from replication.estimation.nonuniform.filters import Filter, periodic_gain
-from replication.estimation.nonuniform.nominal import closed_form, deadbeat_filter, riccati_filter, riccati_level
+from replication.estimation.nonuniform.filters import (
+    Filter,
+    closed_form,
+    deadbeat_filter,
+    periodic_gain,
+    riccati_filter,
+    riccati_level,
+)
 from replication.estimation.nonuniform.plant import DurationPlant, PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import (
     NEGLIGIBLE,
@@ -28,6 +32,7 @@ from replication.estimation.nonuniform.robust import (
     robust_design,
 )
 from replication.estimation.nonuniform.stamped.design import StampedPlant
+from replication.estimation.nonuniform.worst_case import beside, smoother_limit, zero_at_constant_periods
 
 ROUTES = 1e-8
 DEGENERATE = 1e-6
@@ -176,7 +181,7 @@ def test_a_level_that_its_filter_does_not_have_is_an_error():
     for factor in (0.5, 2.0):
         wrong = GainBracket(factor * level, factor * level, 0.0)
         with (
-            patch.object(nominal, "periodic_gain", return_value=wrong),
+            patch("replication.estimation.nonuniform.filters.periodic_gain", return_value=wrong),
             pytest.raises(SolverError, match="but its filter has the norm"),
         ):
             riccati_level(OSCILLATOR, h)

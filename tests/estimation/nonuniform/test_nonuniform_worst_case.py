@@ -18,20 +18,20 @@ from sampled_cases import (
 )
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
-from replication.estimation.nonuniform.bounds import guarantee
-from replication.estimation.nonuniform.bounds.guarantee import DEGREE, Enclosure, certify, enclose, guaranteed_level
-from replication.estimation.nonuniform.bounds.path_lyapunov import ContextTree, ErrorSystem
-from replication.estimation.nonuniform.bounds.worst_case import (
+from replication.estimation.nonuniform import guarantee
+from replication.estimation.nonuniform.filters import Filter, periodic_gain
+from replication.estimation.nonuniform.guarantee import DEGREE, Enclosure, certify, enclose, guaranteed_level
+from replication.estimation.nonuniform.path_lyapunov import ContextTree, ErrorSystem
+from replication.estimation.nonuniform.plant import DurationPlant, PeriodRange, SampledPlant
+from replication.estimation.nonuniform.robust import design_for_periods, robust_design
+from replication.estimation.nonuniform.stamped.design import LOOSE, StampedFilter, StampedPlant, proved_design
+from replication.estimation.nonuniform.worst_case import (
     error_ratio,
     repeated,
     sequence_gain,
     simulate_error,
     worst_sequence,
 )
-from replication.estimation.nonuniform.filters import Filter, periodic_gain
-from replication.estimation.nonuniform.plant import DurationPlant, PeriodRange, SampledPlant
-from replication.estimation.nonuniform.robust import design_for_periods, robust_design
-from replication.estimation.nonuniform.stamped.design import LOOSE, StampedFilter, StampedPlant, proved_design
 
 EXACT = 1e-12
 BY_DURATION = DurationPlant(**vars(OSCILLATOR))

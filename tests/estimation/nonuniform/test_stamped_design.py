@@ -15,17 +15,10 @@ from sampled_cases import MOTOR, MOTOR_RANGE, OSCILLATOR, OSCILLATOR_RANGE, rand
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation import nonuniform
 from replication.estimation.nonuniform import result as stamped_module
-from replication.estimation.nonuniform.bounds import worst_case as bracket_module
-from replication.estimation.nonuniform.bounds.compare import (
-    floor_of_any_filter,
-    smoother_limit,
-    zero_at_constant_periods,
-)
-from replication.estimation.nonuniform.bounds.guarantee import guaranteed_level
-from replication.estimation.nonuniform.bounds.worst_case import sequence_gain, simulate_error, worst_sequence
+from replication.estimation.nonuniform import worst_case as bracket_module
 from replication.estimation.nonuniform.facade import design_stamped
-from replication.estimation.nonuniform.filters import periodic_gain
-from replication.estimation.nonuniform.nominal import riccati_filter, riccati_level
+from replication.estimation.nonuniform.filters import periodic_gain, riccati_filter, riccati_level
+from replication.estimation.nonuniform.guarantee import guaranteed_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import robust_design
 from replication.estimation.nonuniform.stamped import design as proof_module
@@ -37,6 +30,14 @@ from replication.estimation.nonuniform.stamped.design import (
     prove,
     proved_design,
     stamped_design,
+)
+from replication.estimation.nonuniform.worst_case import (
+    floor_of_any_filter,
+    sequence_gain,
+    simulate_error,
+    smoother_limit,
+    worst_sequence,
+    zero_at_constant_periods,
 )
 
 OMEGA = 2 * np.pi * 0.8

@@ -9,9 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from replication.errors import InvalidInputError
-from replication.estimation.nonuniform.stamped.kalman import NoisyPlant
+from replication.estimation.nonuniform.stamped.kalman import NoisyPlant, Transition
 from replication.estimation.nonuniform.stamped.running import StampedKalman
-from replication.estimation.nonuniform.stamped.transition import Transition
 from tests.estimation.api.api_cases import stamped
 
 EXACT = 1e-9

@@ -16,7 +16,7 @@ from replication.estimation import dualrate, multirate
 from replication.estimation.api.running import UnscheduledSampleWarning
 from replication.estimation.multirate import ContinuousPlant, MultiratePlant
 from replication.estimation.nonuniform import NoisyPlant, StampedKalman
-from replication.estimation.nonuniform.stamped.transition import Transition
+from replication.estimation.nonuniform.stamped.kalman import Transition
 from replication.estimation.recorded import fit, replay
 from replication.estimation.recorded.fitting import Likelihood
 from replication.estimation.recorded.log import read_log

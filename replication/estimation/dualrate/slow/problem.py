@@ -25,7 +25,7 @@ from replication.estimation.linear.periodic import balanced_units, block_diagona
 from replication.estimation.linear.riccati import RiccatiMap, reversed_in_time, stacked
 from replication.estimation.multirate.kalman import semidefinite, stationary
 from replication.estimation.multirate.problem import SensingSchedule
-from replication.estimation.nonuniform.stamped.transition import Transition
+from replication.estimation.nonuniform.stamped.kalman import Transition
 from replication.estimation.validation import (
     Array,
     hidden_modes,

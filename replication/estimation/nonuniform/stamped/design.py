@@ -31,9 +31,9 @@ import scipy
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic import program
 from replication.estimation.linear.riccati import symmetric
-from replication.estimation.nonuniform.bounds.guarantee import UNPROVED, cell_needs
-from replication.estimation.nonuniform.bounds.path_lyapunov import ROUGH, ErrorSystem, storage_inequalities
 from replication.estimation.nonuniform.filters import Estimator
+from replication.estimation.nonuniform.guarantee import UNPROVED, cell_needs
+from replication.estimation.nonuniform.path_lyapunov import ROUGH, ErrorSystem, storage_inequalities
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, balancing
 from replication.estimation.nonuniform.robust import VIOLATION, scan, worst_periods
 from replication.estimation.validation import Array, at_most
@@ -88,18 +88,18 @@ class StampedFilter(Estimator):
         (G,) = self.G
         return np.asarray(np.eye(len(G)) - G @ np.hstack([plant.C, plant.D]))
 
-    def steps_along(self, plant: SampledPlant, periods: Array, upper: Array) -> tuple[Array, Array]:
+    def steps_along(self, plant: SampledPlant, periods: Array) -> tuple[Array, Array]:
         """With the gain after the period before."""
+        upper = plant.transitions(periods)[:, : plant.order]
         gains = np.array([self.gain(h) for h in (None, *periods[:-1])])
         steps = upper @ (np.eye(upper.shape[-1]) - gains @ np.hstack([plant.C, plant.D]))
         return steps[..., : plant.order], steps[..., plant.order :]
 
     def errors(self, plant: SampledPlant, periods: Array, w: Array) -> Array:
         """L e, where e = x - x^ is followed by itself: x may grow without bound."""
-        steps, drives = self.steps_along(plant, periods, plant.transitions(periods)[:, : plant.order])
         error = np.zeros(plant.order)
         outputs = [plant.L @ error]
-        for step, drive, disturbance in zip(steps, drives, w, strict=True):
+        for step, drive, disturbance in zip(*self.steps_along(plant, periods), w, strict=True):
             error = step @ error + drive @ disturbance
             outputs.append(plant.L @ error)
         return np.array(outputs)

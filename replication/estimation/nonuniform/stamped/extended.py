@@ -19,9 +19,8 @@ from replication.estimation.api.export import c_file, source
 from replication.estimation.api.running import RunningObserver, gate_of
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.multirate.problem import SensingSchedule
-from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant, Recursion, settle_noise
+from replication.estimation.nonuniform.stamped.kalman import USAGE, Estimate, Instant, Recursion, settle_noise
 from replication.estimation.nonuniform.stamped.running import StampedKalman
-from replication.estimation.nonuniform.stamped.transition import USAGE
 from replication.estimation.validation import Array, as_array, covariance, positive_scalar
 
 STEP, ALIKE = 1e-6, 1e-3
@@ -98,15 +97,14 @@ class NonlinearPlant:
             )
         x0 = as_array("x0", self.x0, (np.size(self.x0),))
         n, dt, rest = len(x0), positive_scalar("dt", self.dt, unit="s"), np.zeros(self.inputs)
-        y = _returned("h", self.h(x0), (np.size(self.h(x0)),))
-        q = len(y)
+        q = len(as_array("what h returns", self.h(x0), (np.size(self.h(x0)),)))
         settle_noise(self, np.zeros((n, n)), n, q, "entry of h")
         Q = self.Q if callable(self.Q) else covariance("Q", self.Q, n)
         for name, value in {"x0": x0, "dt": dt, "Q": Q}.items():
             object.__setattr__(self, name, value)
         covariance("Q(d)", self._spread(np.eye(n), dt), n)
-        _compare("F", self.F(x0, rest, dt), lambda x: _returned("f", self.f(x, rest, dt), (n,)), x0)
-        _compare("H", self.H(x0), lambda x: _returned("h", self.h(x), (q,)), x0)
+        _compare("F", self.F(x0, rest, dt), lambda x: as_array("what f returns", self.f(x, rest, dt), (n,)), x0)
+        _compare("H", self.H(x0), lambda x: as_array("what h returns", self.h(x), (q,)), x0)
 
     @property
     def order(self) -> int:
@@ -120,13 +118,9 @@ class NonlinearPlant:
         return symmetric(F @ self.Q @ F.T + self.Q) * (d / 2)
 
 
-def _returned(name: str, value: Any, shape: tuple[int, ...]) -> Array:
-    return as_array(f"what {name} returns", value, shape)
-
-
 def _compare(name: str, jacobian: Any, function: Callable[[Array], Array], x: Array) -> None:
     """Refuse a Jacobian of another shape, or one that is not that of the function at x."""
-    matrix = _returned(name, jacobian, (len(function(x)), len(x)))
+    matrix = as_array(f"what {name} returns", jacobian, (len(function(x)), len(x)))
     steps = STEP * np.maximum(np.abs(x), 1.0)
     columns = [(function(x + d) - function(x - d)) / (2 * d.sum()) for d in np.diag(steps)]
     apart = np.abs(matrix - np.column_stack(columns))

@@ -13,17 +13,12 @@ from replication.errors import InvalidInputError
 from replication.estimation.api.portable import Portable, known_names
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.stamped.design import StampedFilter
-from replication.estimation.nonuniform.stamped.transition import Transition, c_form
+from replication.estimation.nonuniform.stamped.kalman import Transition, c_form
 from replication.estimation.validation import Array, as_array, finite_vector
 
 
-def as_time(name: str, value: Any) -> float:
-    """A finite time, s; raises InvalidInputError."""
-    return _finite(name, value, "time (s)")
-
-
-def _finite(name: str, value: Any, kind: str) -> float:
-    """A finite number; a driver hands over many, so that the check is a short one."""
+def as_finite(name: str, value: Any, kind: str = "time (s)") -> float:
+    """A finite number; raises InvalidInputError. A driver hands over many, so that the check is a short one."""
     plain = value.item() if isinstance(value, (np.ndarray, np.generic)) and value.ndim == 0 else value
     if not isinstance(plain, (float, int)) or isinstance(plain, bool) or not isfinite(plain):
         raise InvalidInputError(f"{name} must be a finite {kind}, got {value!r}")
@@ -48,7 +43,9 @@ def as_sample(value: Any, sensors: Sequence[str], *, complete: bool) -> Array:
     sample = np.full(len(sensors), np.nan)
     for i, entry in enumerate(entries):
         if entry is not None:
-            sample[i] = _finite(f"the sample of {sensors[i]}", entry, "number (None where the sensor did not measure)")
+            sample[i] = as_finite(
+                f"the sample of {sensors[i]}", entry, "number (None where the sensor did not measure)"
+            )
         elif complete:
             raise InvalidInputError(
                 f"the sample of {sensors[i]} is missing: this estimator needs all sensors at once; where they measure "
@@ -89,8 +86,8 @@ class StampedEstimator(Portable, ABC):
             A sensor that is not known, a number that is not finite, or a time stamp in the future, or in no order that
             the estimator can take; nothing has changed.
         """
-        sample, time = self._sample(y), as_time("t", t)
-        if now is not None and time > as_time("now", now):
+        sample, time = self._sample(y), as_finite("t", t)
+        if now is not None and time > as_finite("now", now):
             raise InvalidInputError(
                 f"t = {time:.9g} s lies in the future, now is {now:.9g} s; check the sensor's clock"
             )
@@ -206,7 +203,7 @@ class StampedObserver(StampedEstimator):
 
     def predict(self, t: float) -> Array:
         """x^(t); L times it is z^, at the time of the next sample that of the level."""
-        time = as_time("t", t)
+        time = as_finite("t", t)
         if self._since is None or time < self._since:
             newest = "there is none yet" if self._since is None else f"{self._since:.9g} s"
             raise InvalidInputError(f"t = {time:.9g} s must not be before the newest sample ({newest})")

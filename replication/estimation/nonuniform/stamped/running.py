@@ -11,9 +11,15 @@ import numpy as np
 
 from replication.errors import InvalidInputError
 from replication.estimation.api.running import gate_of
-from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant, NoisyPlant, Recursion
-from replication.estimation.nonuniform.stamped.observer import StampedEstimator, as_sample, as_time
-from replication.estimation.nonuniform.stamped.transition import Transition, c_form
+from replication.estimation.nonuniform.stamped.kalman import (
+    Estimate,
+    Instant,
+    NoisyPlant,
+    Recursion,
+    Transition,
+    c_form,
+)
+from replication.estimation.nonuniform.stamped.observer import StampedEstimator, as_finite, as_sample
 from replication.estimation.validation import Array, as_array, covariance, positive_scalar
 
 
@@ -88,7 +94,7 @@ class StampedKalman(StampedEstimator):
         P = self.plant.P0 if P0 is None else covariance("P0", P0, n)
         self._instants: tuple[Instant, ...] = ()
         self._gated = 0
-        start = Estimate(np.nan if t is None else as_time("t", t), np.array(x), np.array(P))
+        start = Estimate(np.nan if t is None else as_finite("t", t), np.array(x), np.array(P))
         self._start = start
         if t is not None:
             self._instants = (self._run.update(start, np.full(len(self.sensors), np.nan), np.zeros(self.inputs)),)
@@ -98,7 +104,7 @@ class StampedKalman(StampedEstimator):
 
     def predict(self, t: float) -> Estimate:
         """x^(t) and the covariance P of its error."""
-        newest, time = self._newest(), as_time("t", t)
+        newest, time = self._newest(), as_finite("t", t)
         if time < newest.t:
             raise InvalidInputError(f"t = {time:.9g} s lies before the newest sample, {newest.t:.9g} s; see `smoothed`")
         return self._run.predict(newest, time)

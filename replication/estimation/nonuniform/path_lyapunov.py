@@ -13,7 +13,7 @@ the largest x' P x over all futures, so that the bound tends to the gain. Source
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -53,13 +53,12 @@ class ContextTree:
     def transitions(self) -> list[tuple[int, int, int]]:
         """(position of the leaf before, letter, position of the leaf after) for every letter and leaf after it."""
         position = {leaf: i for i, leaf in enumerate(self.leaves)}
-        known = set(self.leaves)
         steps = []
-        for leaf in self.leaves:
+        for leaf, after in position.items():
             for letter in range(self.letters):
-                before = _prefix(known, (letter, *leaf))
+                before = _prefix(position, (letter, *leaf))
                 assert before is not None
-                steps.append((position[before], letter, position[leaf]))
+                steps.append((position[before], letter, after))
         return steps
 
     def before(self) -> list[list[int]]:
@@ -85,7 +84,7 @@ def _lengthen(leaves: set[Word], leaf: Word, letters: int) -> None:
     leaves.update((*leaf, b) for b in range(letters))
 
 
-def _prefix(leaves: set[Word], word: Word) -> Word | None:
+def _prefix(leaves: Container[Word], word: Word) -> Word | None:
     """The leaf that begins `word`, or None if all its beginnings are inner nodes."""
     return next((word[:k] for k in range(1, len(word) + 1) if word[:k] in leaves), None)
 

@@ -20,7 +20,8 @@ import numpy as np
 
 from replication.errors import InvalidInputError, SolverError
 from replication.estimation.conic.program import ALMOST, SolverReport
-from replication.estimation.nonuniform.bounds.path_lyapunov import (
+from replication.estimation.nonuniform.filters import Estimator, error_system, gramian, periodic_gain
+from replication.estimation.nonuniform.path_lyapunov import (
     ROUGH,
     ContextTree,
     ErrorSystem,
@@ -28,7 +29,6 @@ from replication.estimation.nonuniform.bounds.path_lyapunov import (
     Samples,
     solve,
 )
-from replication.estimation.nonuniform.filters import Estimator, error_system, gramian, periodic_gain
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, balancing, weights_of
 from replication.estimation.validation import Array, positive_integer, positive_scalar
 

@@ -1,1 +1,0 @@
-"""Gains over every sampling sequence: a proved level, a bad sequence, and what other estimators reach."""
