@@ -20,7 +20,7 @@ from replication.audit.judge.verdict import rejudge
 from replication.audit.model import AGREES, Evidence, Experiment, Judgement, Kind, Proof, Verdict
 from replication.audit.parts import Paper, Sensitivity
 from replication.audit.report.claim import targets
-from replication.audit.report.sections.lineage import lineages, rooms
+from replication.audit.report.sections import lineages, rooms
 from replication.audit.run.assemble import assemble
 from replication.audit.run.pool import Action, Step
 from replication.audit.store.cache import Dependencies, Entry

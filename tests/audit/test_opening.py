@@ -24,7 +24,7 @@ from replication.audit.report.opening.rows import rows
 from replication.audit.report.opening.told import briefs, sentences
 from replication.audit.report.page import build_report, render
 from replication.audit.report.paper import paper_view
-from replication.audit.report.sections.across import across
+from replication.audit.report.sections import across
 from replication.audit.report.templates import environment
 from replication.audit.report.words import TERMS, linked, terms
 from replication.audit.run import assemble

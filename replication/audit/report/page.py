@@ -24,8 +24,7 @@ from replication.audit.report.opening.field import field
 from replication.audit.report.opening.rows import rows
 from replication.audit.report.opening.told import briefs
 from replication.audit.report.paper import PaperView, paper_view
-from replication.audit.report.sections import sections
-from replication.audit.report.sections.across import across, chart
+from replication.audit.report.sections import across, chart, sections
 from replication.audit.report.templates import environment, source, style_sheet
 from replication.audit.report.words import terms
 from replication.audit.store.records import ResultsFile
