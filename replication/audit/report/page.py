@@ -20,12 +20,11 @@ from replication.audit.publish.linked_data import filled
 from replication.audit.report.claim import MEANING, standings, targets
 from replication.audit.report.evidence import checks, drawings, packed, played
 from replication.audit.report.guard import require_sourced
-from replication.audit.report.opening.field import field
-from replication.audit.report.opening.rows import rows
-from replication.audit.report.opening.told import briefs
+from replication.audit.report.opening import field, rows
 from replication.audit.report.paper import PaperView, paper_view
 from replication.audit.report.sections import across, chart, sections
 from replication.audit.report.templates import environment, source, style_sheet
+from replication.audit.report.told import briefs
 from replication.audit.report.words import terms
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
