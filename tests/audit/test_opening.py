@@ -23,9 +23,8 @@ from replication.audit.report.opening import Field, field, rows
 from replication.audit.report.page import build_report, render
 from replication.audit.report.paper import paper_view
 from replication.audit.report.sections import across
-from replication.audit.report.templates import environment
+from replication.audit.report.templates import TERMS, environment, linked, terms
 from replication.audit.report.told import briefs, sentences
-from replication.audit.report.words import TERMS, linked, terms
 from replication.audit.run import assemble
 from replication.audit.run.assemble import Available
 from replication.audit.store.records import ResultsFile

@@ -23,9 +23,8 @@ from replication.audit.report.guard import require_sourced
 from replication.audit.report.opening import field, rows
 from replication.audit.report.paper import PaperView, paper_view
 from replication.audit.report.sections import across, chart, sections
-from replication.audit.report.templates import environment, source, style_sheet
+from replication.audit.report.templates import environment, source, style_sheet, terms
 from replication.audit.report.told import briefs
-from replication.audit.report.words import terms
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
 from replication.files import write_atomically

@@ -23,7 +23,7 @@ from replication.audit.judge.policies import by_policy, once
 from replication.audit.judge.verdict import SMALLEST_PROBABILITY, SMALLEST_PROBABILITY_REASON
 from replication.audit.parts import CommonLevel, Sensitivity
 from replication.audit.report.explore import axes, spread
-from replication.audit.report.words import VERDICTS, terms
+from replication.audit.report.templates import VERDICTS, terms
 from replication.audit.store.records import CertificateRecord, ClaimRecord, ExperimentRecord, PaperRecord, ResultsFile
 from replication.errors import AuditError
 
