@@ -11,8 +11,7 @@ from fractions import Fraction
 import msgspec
 
 from replication.audit.judge import numerals
-from replication.audit.judge.forms import level_of
-from replication.audit.judge.printed import Entry, Printed, by_digits, decimal_fraction, parse
+from replication.audit.judge.printed import Entry, Printed, by_digits, decimal_fraction, level_of, parse
 from replication.audit.judge.uncertainty import BY_DIGITS, PROBABLE, reach, weighed
 from replication.audit.model import Evidence, Judgement, StatedClaim, Verdict
 from replication.errors import AuditError
