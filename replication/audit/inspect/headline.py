@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from replication.audit.inspect.coverage import faults
+from replication.audit.judge.agreement import BY_DIGITS
 from replication.audit.judge.numerals import numbers_in
 from replication.audit.judge.policies import once
 from replication.audit.judge.printed import flat, has_uncertainty
-from replication.audit.judge.uncertainty import BY_DIGITS
 from replication.audit.model import DISAGREES, NO_READING, NUMERIC, Kind, Verdict
 from replication.audit.parts import Paper
 from replication.audit.publish.rebuild import plain_templates

@@ -7,7 +7,8 @@ from typing import Any
 
 import msgspec
 
-from replication.audit.judge.agreement import Target, judge_bound, judge_uncertain, judge_value
+from replication.audit.judge.agreement import BY_DIGITS, Target, judge_bound, judge_uncertain, judge_value
+from replication.audit.judge.agreement import SMALLEST_PROBABILITY as SMALLEST_PROBABILITY
 from replication.audit.judge.numerals import digits, short
 from replication.audit.judge.policies import (
     once_corrected,
@@ -17,8 +18,6 @@ from replication.audit.judge.policies import (
     with_own,
 )
 from replication.audit.judge.proofs import with_proofs
-from replication.audit.judge.uncertainty import BY_DIGITS
-from replication.audit.judge.uncertainty import SMALLEST_PROBABILITY as SMALLEST_PROBABILITY
 from replication.audit.model import (
     AGREES,
     DISAGREES,
