@@ -15,8 +15,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from replication.audit.inspect.controls import controls
-from replication.audit.inspect.headline import Basis, basis, has_spread
+from replication.audit.inspect.headline import Basis, basis, controls, has_spread
 from replication.audit.judge import numerals
 from replication.audit.judge.agreement import Target, stored_intervals
 from replication.audit.judge.policies import by_policy, once
