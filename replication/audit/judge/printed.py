@@ -57,10 +57,8 @@ _APART = tuple(
 _LEVEL = r"(?:([0-9.]+)\s*%\s*)?(?:(?:CI|CrI|HDI|confidence interval)\b)?\s*[:,]?\s*"
 _LIMITS = re.compile(rf"({REAL})\s*[\[(]\s*{_LEVEL}({REAL})\s*(?:,|;|–|—|-|\bto\b)\s*({REAL})\s*[\])]")
 
-_INNER_COMMA, _INNER_THOUSANDS = (
-    re.compile(r"(?<=[0-9]),(?=[0-9])"),
-    re.compile(r"(?<![0-9,])[1-9][0-9]{0,2}(?:,[0-9]{3})+(?![0-9,])"),
-)
+_INNER_COMMA = re.compile(r"(?<=[0-9]),(?=[0-9])")
+_INNER_THOUSANDS = re.compile(r"(?<![0-9,])[1-9][0-9]{0,2}(?:,[0-9]{3})+(?![0-9,])")
 
 ADVICE = words("advice")
 """By what stands in a text that is no number, what may be meant, and what to write for it."""
@@ -226,8 +224,7 @@ def parse(text: str) -> Printed:
     if not body:
         raise AuditError("the printed value is empty; give the string that stands in the paper")
     relation = ""
-    match = re.match(r"<=|>=|[<>≤≥]", body)
-    if match:
+    if match := re.match(r"<=|>=|[<>≤≥]", body):
         relation, body = RELATIONS[match.group()], body[match.end() :].strip()
     body = _PER_CENT.sub("", body)
     if (ends := _RANGE.fullmatch(body)) is not None:
@@ -241,7 +238,11 @@ def parse(text: str) -> Printed:
         closing = ")" if body[0] == "(" else "]"
         if not body.endswith(closing):
             raise AuditError(f"printed value {text!r} opens with {body[0]!r} and does not end with {closing!r}")
-        _refuse_ambiguous(text, body)
+        if ambiguous := _AMBIGUOUS.search(body):
+            raise AuditError(
+                f"printed value {text!r}: {ambiguous.group()!r} may be one number or several; "
+                "put a blank after each comma between entries and write thousands without commas inside a list"
+            )
         cells, shape = _list(text, body[1:-1]) if closing == ")" else _matrix(text, body[1:-1])
     else:
         body = _without_commas(body)
@@ -362,19 +363,9 @@ def _exponent(power: re.Match[str]) -> str:
     return f"e{power[1] or power[2].translate(_RAISED)}"
 
 
-def _refuse_ambiguous(text: str, body: str) -> None:
-    match = _AMBIGUOUS.search(body)
-    if match:
-        raise AuditError(
-            f"printed value {text!r}: {match.group()!r} may be one number or several; "
-            "put a blank after each comma between entries and write thousands without commas inside a list"
-        )
-
-
 Parameters = Mapping[str, Any]
 """Printed parameters as numbers: a float, or the rows of a matrix as lists."""
 
-Values = Mapping[str, list[Fraction]]
 Quantities = Mapping[str, float]
 """Results by id of the claim that they answer."""
 
@@ -385,16 +376,15 @@ def spread(prints: Mapping[str, str], compute: Callable[[Parameters], Quantities
     Returns JSON: `base`, and `rows` with `parameter`, `printed`, `low` and `high`; None where there is no result.
     """
     parsed = {name: parse(text) for name, text in prints.items()}
-    exact = {name: [entry.value for entry in printed.entries] for name, printed in parsed.items()}
     rows = []
     for name, printed in parsed.items():
         for index, entry in enumerate(printed.entries):
             if entry.unit < 1:
-                ends = (_moved(exact, name, index, side * entry.unit / 2) for side in (-1, 1))
-                low, high = (_attempt(compute, _numbers(parsed, values)) for values in ends)
+                ends = (_numbers(parsed, (name, index), side * entry.unit / 2) for side in (-1, 1))
+                low, high = (_attempt(compute, numbers) for numbers in ends)
                 row = {"parameter": _label(name, printed, index), "printed": entry.text, "low": low, "high": high}
                 rows.append(row)
-    return {"base": dict(compute(_numbers(parsed, exact))), "rows": rows}
+    return {"base": dict(compute(_numbers(parsed))), "rows": rows}
 
 
 def sensitivities(spread: Mapping[str, Any]) -> tuple[Sensitivity, ...]:
@@ -413,15 +403,14 @@ def sensitivities(spread: Mapping[str, Any]) -> tuple[Sensitivity, ...]:
     )
 
 
-def _moved(exact: Values, name: str, index: int, by: Fraction) -> Values:
-    changed = list(exact[name])
-    changed[index] += by
-    return {**exact, name: changed}
-
-
-def _numbers(parsed: Mapping[str, Printed], values: Values) -> dict[str, Any]:
-    """Floats in the layout of the prints."""
-    return {name: printed.arranged([float(value) for value in values[name]]) for name, printed in parsed.items()}
+def _numbers(
+    parsed: Mapping[str, Printed], moved: tuple[str, int] | None = None, by: Fraction = Fraction(0)
+) -> Parameters:
+    """Floats in the layout of the prints, one of them moved; moved: its parameter, and its place among the entries."""
+    exact = {name: [entry.value for entry in printed.entries] for name, printed in parsed.items()}
+    if moved is not None:
+        exact[moved[0]][moved[1]] += by
+    return {name: printed.arranged(list(map(float, exact[name]))) for name, printed in parsed.items()}
 
 
 def _attempt(compute: Callable[[Parameters], Quantities], parameters: Parameters) -> dict[str, float] | None:

@@ -288,12 +288,8 @@ def match(claim: StatedClaim, evidence: Evidence, certificates: Sequence[Certifi
     missing = [_lacking(predicate, claim, offers) for predicate, holds in decided if holds is None]
     known = {predicate.reading for predicate in claim.says}
     missing += [f"nothing is said under the reading {name}" for name in readings if name not in known]
-    first = claim.says[0]
-    return Match(
-        by_reading=by_reading,
-        difference=_told(missing, by_reading),
-        bounds=_bounds(first.of, first, offers),
-    )
+    bounds = _bounds(claim.says[0].of, claim.says[0], offers)
+    return Match(by_reading=by_reading, difference=_told(missing, by_reading), bounds=bounds)
 
 
 def _all(decided: Sequence[bool | None]) -> bool | None:
@@ -316,11 +312,7 @@ def _told(missing: Sequence[str], by_reading: Mapping[str, bool | None]) -> str:
 
 def _fitting(term: Term, predicate: Predicate, offers: Iterable[Offer]) -> list[Exported]:
     """What is exported of exactly this term, under this reading."""
-    like = term.quantity, term.plant, term.estimators
-    near = (export for _, export in offers if (export.of.quantity, export.of.plant, export.of.estimators) == like)
-    near = (export for export in near if export.unit == predicate.unit and predicate.reading in export.readings)
-    near = (export for export in near if export.of.setting == term.setting)
-    # Settings that are equal may still differ in type.
+    near = (export for _, export in offers if export.unit == predicate.unit)
     return [export for export in near if not differences(term, predicate.reading, export)]
 
 

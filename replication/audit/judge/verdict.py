@@ -10,13 +10,7 @@ import msgspec
 from replication.audit.judge.agreement import BY_DIGITS, Target, judge_bound, judge_uncertain, judge_value
 from replication.audit.judge.agreement import SMALLEST_PROBABILITY as SMALLEST_PROBABILITY
 from replication.audit.judge.numerals import digits, short
-from replication.audit.judge.policies import (
-    once_corrected,
-    under_some,
-    with_excess,
-    with_inputs,
-    with_own,
-)
+from replication.audit.judge.policies import once_corrected, under_some, with_excess, with_inputs, with_own
 from replication.audit.judge.proofs import with_proofs
 from replication.audit.model import (
     AGREES,
@@ -63,12 +57,6 @@ class Case:
             raise AuditError(f"the reading {name!r} is not one of the paper's, which are {list(self.readings)}")
         return self.readings[name]
 
-    @property
-    def rested(self) -> tuple[Reading, ...]:
-        """The readings that the verdict may rest on: that of the claim, and those of its outcomes."""
-        names = [self.claim.reading, *(outcome.reading for outcome in self.evidence.outcomes)]
-        return tuple(self.readings[name] for name in dict.fromkeys(names) if name in self.readings)
-
 
 def judge(
     claim: StatedClaim,
@@ -85,8 +73,9 @@ def judge(
     """
     known = {reading.name: reading for reading in readings}
     case = Case(claim, evidence, erratum, known, target or _target(claim, evidence))
+    rested = {claim.reading, *(outcome.reading for outcome in evidence.outcomes)}
     try:
-        judgement = with_own(claim, case.rested, _judge(case))
+        judgement = with_own(claim, [known[name] for name in known if name in rested], _judge(case))
     except AuditError as error:
         judgement = Judgement(verdict=Verdict.ERROR, reason=str(error))
     untraced = f"Not traced: {', '.join(evidence.untraced)}." if evidence.untraced else ""
@@ -122,7 +111,10 @@ def _judge(case: Case) -> Judgement:
 def _with_erratum(case: Case, erratum: str) -> Judgement:
     """As printed if that agrees; else as corrected, which counts only if the proof of the erratum holds."""
     evidence, meant = case.evidence, case.claim.meant
-    mended = _corrected(case) if meant else case
+    mended = case
+    if meant:
+        claim = msgspec.structs.replace(case.claim, printed=meant)
+        mended = replace(case, claim=claim, target=_target(claim, evidence))
     proof = case.erratum if case.erratum is not None and not case.erratum.error else None
     if _is_slip(proof):
         sentence = f"Read with {erratum}, a slip that may be of the text at hand."
@@ -159,12 +151,6 @@ def _with_erratum(case: Case, erratum: str) -> Judgement:
 def _is_slip(proof: ErratumRecord | None) -> bool:
     """Whether it is shown to be a slip that may be of the text at hand alone."""
     return proof is not None and proof.scan and proof.holds and not proof.inference
-
-
-def _corrected(case: Case) -> Case:
-    """The case with what must be meant in the place of a misprinted result."""
-    claim = msgspec.structs.replace(case.claim, printed=case.claim.meant)
-    return replace(case, claim=claim, target=_target(claim, case.evidence))
 
 
 def _compares_numbers(claim: StatedClaim) -> bool:
@@ -343,7 +329,8 @@ def _statistical(case: Case) -> Judgement:
     clear = probability >= 2 * SMALLEST_PROBABILITY
     text = f"about {short(probability, 1)}" if clear else digits(Fraction(probability), Fraction("0.01"))
     draws = case.evidence.draws
-    if draws is not None and probability <= least_rank(draws):
+    # The two-sided probability of a value beyond all draws.
+    if draws is not None and probability <= 2 / (draws + 1):
         text = f"at most {text}, the least that a rank among {draws} draws can show"
     judgement = Judgement(
         verdict=Verdict.COMPATIBLE if probable else Verdict.DIFFERS,
@@ -355,11 +342,6 @@ def _statistical(case: Case) -> Judgement:
     statement = _statement(case)
     refuted = probable and statement.verdict is Verdict.REFUTED
     return judgement.further(statement.reason, verdict=statement.verdict if refuted else judgement.verdict)
-
-
-def least_rank(draws: int) -> float:
-    """The two-sided probability of a value beyond all of so many draws: what a rank among them shows at least."""
-    return 2 / (draws + 1)
 
 
 OUTCOMES = (
