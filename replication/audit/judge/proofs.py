@@ -312,7 +312,8 @@ def _told(missing: Sequence[str], by_reading: Mapping[str, bool | None]) -> str:
 
 def _fitting(term: Term, predicate: Predicate, offers: Iterable[Offer]) -> list[Exported]:
     """What is exported of exactly this term, under this reading."""
-    near = (export for _, export in offers if export.unit == predicate.unit)
+    like = predicate.unit, term.quantity, term.setting
+    near = (export for _, export in offers if (export.unit, export.of.quantity, export.of.setting) == like)
     return [export for export in near if not differences(term, predicate.reading, export)]
 
 
