@@ -1,7 +1,7 @@
 """Does a computed number agree with a printed one? Exact comparison of values and brackets with printed intervals.
 
 An uncertainty that a text prints is no wall: what it says is told in standard deviations, by the rules of
-docs/verdicts.md, of which `weighed` is the code.
+docs/verdicts.md, of which `judge_uncertain` is the code.
 """
 
 from __future__ import annotations
@@ -17,7 +17,6 @@ from statistics import NormalDist
 import msgspec
 
 from replication.audit.judge import numerals
-from replication.audit.judge.numerals import short
 from replication.audit.judge.printed import Entry, Printed, by_digits, decimal_fraction, level_of, parse
 from replication.audit.model import Evidence, Judgement, StatedClaim, Verdict
 from replication.errors import AuditError
@@ -65,32 +64,6 @@ def reach(entry: Entry, uncertainty: str) -> tuple[Fraction, Fraction]:
     times = sigmas(uncertainty) if uncertainty else None
     below, above = entry.spread
     return (below, above) if times is None else (below * LIMIT / times, above * LIMIT / times)
-
-
-def weighed(entry: Entry, value: Fraction, uncertainty: str, judgement: Judgement, beyond: Judgement) -> Judgement:
-    """The judgement on a number that does not come out in its digits, by the uncertainty beside them.
-
-    judgement: for the interval of `reach`; beyond: for that of a probable error, the widest that is usual.
-    """
-    verdict, inside = judgement.verdict, judgement.verdict is Verdict.REPRODUCED
-    assert entry.spread is not None
-    if uncertainty == BOUND:
-        words = "The text gives its uncertainty as a bound."
-    elif uncertainty:
-        verdict = Verdict.COMPATIBLE if inside else verdict
-        times, off = sigmas(uncertainty) or Fraction(1), value - entry.value
-        z = short(float(abs(off) * times / entry.spread[off > 0]), 3)
-        of_print = "" if times == 1 else f", of which the printed {uncertainty} is {short(float(times), 3)}"
-        words = f"It is off by z = {z} standard deviations{of_print}; {short(float(LIMIT), 3)} are allowed."
-    elif beyond.verdict is Verdict.DIFFERS:
-        words = "What its uncertainty is goes unsaid; it differs even by a probable error, the widest that is usual."
-    else:
-        verdict = Verdict.COMPATIBLE if inside else Verdict.UNDETERMINED
-        words = "What its uncertainty is goes unsaid; it agrees with each that is usual."
-        words += ' If the text prints a standard deviation of the data, say uncertainty="sd".'
-        if not inside:
-            words = f'By a probable error it would agree, by a bound not; say uncertainty="{KINDS[0]}", or what it is.'
-    return judgement.further(words, verdict=verdict)
 
 
 ACCURACY = Fraction(1, 2**50)
@@ -302,19 +275,39 @@ def judge_value(target: Target, evidence: Evidence) -> Judgement:
 
 
 def judge_uncertain(target: Target, evidence: Evidence, uncertainty: str) -> Judgement:
-    """Compare a number that is printed with its uncertainty: by its digits, and else by what the uncertainty is."""
+    """Compare a number that is printed with its uncertainty: by its digits, and else by what the uncertainty is.
+
+    Unsaid, it is tried as a probable error, the widest that is usual.
+    """
     (entry,) = target.printed.entries
-    half, (below, above) = entry.unit / 2, reach(entry, PROBABLE)
-    digits, beyond = (
-        judge_value(replace(target, intervals=(Interval(entry.value - low, entry.value + high),)), evidence)
-        for low, high in ((half, half), (below, above))
-    )
-    if digits.verdict is Verdict.REPRODUCED:
+    uncertainty = uncertainty or level_of(target.printed.text)
+
+    def within(below: Fraction, above: Fraction) -> Judgement:
+        interval = Interval(entry.value - below, entry.value + above)
+        return judge_value(replace(target, intervals=(interval,)), evidence)
+
+    if (digits := within(entry.unit / 2, entry.unit / 2)).verdict is Verdict.REPRODUCED:
         return digits
-    (number,) = measure(target, evidence)
-    return weighed(
-        entry, number.value, uncertainty or level_of(target.printed.text), judge_value(target, evidence), beyond
-    )
+    judgement = judge_value(target, evidence)
+    verdict, inside = judgement.verdict, judgement.verdict is Verdict.REPRODUCED
+    if uncertainty == BOUND:
+        words = "The text gives its uncertainty as a bound."
+    elif uncertainty:
+        assert entry.spread is not None
+        verdict = Verdict.COMPATIBLE if inside else verdict
+        times, off = sigmas(uncertainty) or Fraction(1), measure(target, evidence)[0].value - entry.value
+        z = numerals.short(float(abs(off) * times / entry.spread[off > 0]), 3)
+        of_print = "" if times == 1 else f", of which the printed {uncertainty} is {numerals.short(float(times), 3)}"
+        words = f"It is off by z = {z} standard deviations{of_print}; {numerals.short(float(LIMIT), 3)} are allowed."
+    elif within(*reach(entry, PROBABLE)).verdict is Verdict.DIFFERS:
+        words = "What its uncertainty is goes unsaid; it differs even by a probable error, the widest that is usual."
+    else:
+        verdict = Verdict.COMPATIBLE if inside else Verdict.UNDETERMINED
+        words = "What its uncertainty is goes unsaid; it agrees with each that is usual."
+        words += ' If the text prints a standard deviation of the data, say uncertainty="sd".'
+        if not inside:
+            words = f'By a probable error it would agree, by a bound not; say uncertainty="{KINDS[0]}", or what it is.'
+    return judgement.further(words, verdict=verdict)
 
 
 MARKS: Mapping[str, Relation] = {

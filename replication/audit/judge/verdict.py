@@ -257,43 +257,32 @@ def _require_fitting(case: Case) -> None:
     """Raise AuditError for what a claim of this kind does not have, and for a number without its reason."""
     claim, evidence, kind = case.claim, case.evidence, case.claim.kind
     threshold, reason, numeric = evidence.threshold, evidence.threshold_reason, kind in NUMERIC
-    unfit = {
-        f"the tolerance {claim.tolerance} has no tolerance_reason; half a printed unit needs none": (
-            claim.tolerance is not None and not claim.tolerance_reason
-        ),
-        f"a claim of kind {kind} has no tolerance, got {claim.tolerance}; leave it out": (
-            claim.tolerance is not None and kind not in (Kind.VALUE, Kind.MATRIX)
-        ),
-        f"a claim of kind {kind} has no uncertainty, got {claim.uncertainty!r}; leave it out": (
-            claim.uncertainty and kind not in (Kind.VALUE, Kind.MATRIX)
-        ),
-        f"a claim of kind {kind} compares no number: neither optimum nor over_inputs": (
-            not numeric and (claim.optimum or evidence.over_inputs is not None)
-        ),
-        f"a claim of kind {kind} has no probability, got {evidence.probability!r}; make it one of kind statistical, or "
-        "say by holds and margin whether the probability is what the text says of it": (
-            kind is not Kind.STATISTICAL and (evidence.probability, evidence.draws) != (None, None)
-        ),
-        f"a claim of kind {kind} compares no number, but {claim.printed!r} is printed and {evidence.value!r} computed; "
-        "make it one of kind value or bound, or leave one of the two out": (
-            kind in (Kind.ORDER, Kind.FEASIBLE) and isinstance(case.target, Target) and evidence.value is not None
-        ),
-        f"the evidence has a threshold_reason and no threshold: {reason!r}; give the number too": (
-            threshold is None and reason
-        ),
-        f"the threshold {threshold!r} has no threshold_reason; say in words why that much is allowed": (
-            threshold is not None and not reason
-        ),
-        f"a claim of kind {kind} has no threshold, got {threshold!r}; it may have a tolerance": (
-            threshold is not None and numeric
-        ),
-        f"the threshold {threshold!r} needs holds and margin, which is threshold minus residual": (
-            threshold is not None and None in (evidence.holds, evidence.margin)
-        ),
-    }
-    for words, wrong in unfit.items():
-        if wrong:
-            raise AuditError(words)
+    if claim.tolerance is not None and not claim.tolerance_reason:
+        raise AuditError(f"the tolerance {claim.tolerance} has no tolerance_reason; half a printed unit needs none")
+    if claim.tolerance is not None and kind not in (Kind.VALUE, Kind.MATRIX):
+        raise AuditError(f"a claim of kind {kind} has no tolerance, got {claim.tolerance}; leave it out")
+    if claim.uncertainty and kind not in (Kind.VALUE, Kind.MATRIX):
+        raise AuditError(f"a claim of kind {kind} has no uncertainty, got {claim.uncertainty!r}; leave it out")
+    if not numeric and (claim.optimum or evidence.over_inputs is not None):
+        raise AuditError(f"a claim of kind {kind} compares no number: neither optimum nor over_inputs")
+    if kind is not Kind.STATISTICAL and (evidence.probability, evidence.draws) != (None, None):
+        raise AuditError(
+            f"a claim of kind {kind} has no probability, got {evidence.probability!r}; make it one of kind "
+            "statistical, or say by holds and margin whether the probability is what the text says of it"
+        )
+    if kind in (Kind.ORDER, Kind.FEASIBLE) and isinstance(case.target, Target) and evidence.value is not None:
+        raise AuditError(
+            f"a claim of kind {kind} compares no number, but {claim.printed!r} is printed and {evidence.value!r} "
+            "computed; make it one of kind value or bound, or leave one of the two out"
+        )
+    if threshold is None and reason:
+        raise AuditError(f"the evidence has a threshold_reason and no threshold: {reason!r}; give the number too")
+    if threshold is not None and not reason:
+        raise AuditError(f"the threshold {threshold!r} has no threshold_reason; say in words why that much is allowed")
+    if threshold is not None and numeric:
+        raise AuditError(f"a claim of kind {kind} has no threshold, got {threshold!r}; it may have a tolerance")
+    if threshold is not None and None in (evidence.holds, evidence.margin):
+        raise AuditError(f"the threshold {threshold!r} needs holds and margin, which is threshold minus residual")
 
 
 def _statement(case: Case) -> Judgement:

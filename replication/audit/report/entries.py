@@ -63,7 +63,6 @@ def _short(number: float) -> str:
 
 
 IMAGINARY = "imaginary part"
-_LADDER = ("Computed", "Lower bound", "Upper bound")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,7 +116,7 @@ class EntryView:
     @property
     def ladder(self) -> tuple[tuple[str, int, str, str], ...]:
         """What stands below each other in the evidence: name, blank columns, digits as in the print, the other ones."""
-        names = ("In digits" if self.literal else "Printed", *_LADDER)
+        names = ("In digits" if self.literal else "Printed", "Computed", "Lower bound", "Upper bound")
         named = zip(names, (self.printed, self.full, self.lower, self.upper), strict=True)
         steps = [(name, digits, numerals.agreement(self.printed, digits)) for name, digits in named if digits]
         widest = max(numerals.places(digits) for _, digits, _ in steps)

@@ -85,10 +85,9 @@ def played(proofs: Mapping[str, Any]) -> dict[str, str]:
         plant = proofs["plants"][entry["wanted"]["plant"]]
         if entry["wanted"]["statement"] == COUNTEREXAMPLE and len(plant["A"]) == 1:
             loop = {name: plant[key][0][0] for name, key in zip("abcKL", "ABCKL", strict=True)}
-            numbers = {
-                key: float(Fraction(value)) for key, value in (loop | {"T": plant["T"], "M": plant["M"]}).items()
-            }
+            loop |= {name: plant[name] for name in "TM"}
             paper = entry["wanted"]["paper"]
+            numbers = {name: float(Fraction(value)) for name, value in loop.items()}
             loops[paper] = json.dumps({"name": f"play-{paper}"} | numbers)
     return loops
 
@@ -180,10 +179,7 @@ def _ladder(view: ClaimView, claims: Sequence[ClaimView]) -> Ladder | None:
     inside = box[0] <= ours[0] and ours[1] <= box[1]
     if abs(entry.deviation) > FARTHEST or ours[0] >= ours[1] or (not inside and ours[1] > box[0] and ours[0] < box[1]):
         return None
-    below, above = ours[0] - box[0], box[1] - ours[1]
-    end, gap = (box[0], abs(below)) if abs(below) <= abs(above) else (box[1], abs(above))
-    if not inside:
-        end, gap = (box[0], box[0] - ours[1]) if ours[1] <= box[0] else (box[1], ours[0] - box[1])
+    gap, end = min((max(end - ours[1], ours[0] - end), end) for end in box)
     # Whether it agrees hangs on more than this bracket, such as a second reading: no verdict for a drawing.
     if not gap or inside is (view.record.verdict is Verdict.DIFFERS or bool(view.rounded)):
         return None

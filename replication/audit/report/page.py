@@ -108,7 +108,7 @@ def _made(
         beside=beside,
         packed=Markup(packed(evidence)),
         certificates=Markup(packed(proofs)) if proofs["entries"] else "",
-        style=Markup(re.sub(r"\n\s+", "\n", style_sheet() + source("check.css"))),
+        style=style_sheet("check.css"),
         drawn=Markup(rules(context["papers"])),
         scripts={name: Markup(code) for name, code in scripts.items()},
         allowed=Markup(" ".join(f"'sha256-{digest}'" for digest in digests)),
@@ -147,9 +147,8 @@ def build_articles(results: ResultsFile, figures: Path, directory: Path) -> Path
     figures: the folder of the drawings. Raises AuditError as `page.render` does; nothing half-written is left.
     """
     known = shown(results, figures)
-    write_directory(
-        directory, {name: text.encode() for paper in known["papers"] for name, text in _files(paper, known)}
-    )
+    files = (file for paper in known["papers"] for file in _files(paper, known))
+    write_directory(directory, {name: text.encode() for name, text in files})
     return directory
 
 
@@ -164,18 +163,15 @@ def _files(paper: PaperView, known: Mapping[str, Any]) -> Iterable[tuple[str, st
 
 def _page(paper: PaperView, known: Mapping[str, Any], *, sheet: bool) -> str:
     """One page; what the report links to on its own page leads to the report."""
-    page = (
-        environment()
-        .get_template("article.html.j2")
-        .render(
-            known,
-            paper=paper,
-            sheet=sheet,
-            tabled={c.claim.record.id for t in paper.tables for row in t.rows for c in row if c.claim is not None},
-            root=known["results"].project.sources(known["run"].commit, known["run"].dirty) or "../../",
-            style=Markup(re.sub(r"\n\s+", "\n", style_sheet() + source("article.css"))),
-            drawn=Markup("" if sheet else rules([paper])),
-        )
+    template = environment().get_template("article.html.j2")
+    page = template.render(
+        known,
+        paper=paper,
+        sheet=sheet,
+        tabled={c.claim.record.id for t in paper.tables for row in t.rows for c in row if c.claim is not None},
+        root=known["results"].project.sources(known["run"].commit, known["run"].dirty) or "../../",
+        style=style_sheet("article.css"),
+        drawn=Markup("" if sheet else rules([paper])),
     )
     return re.sub(r'(<a [^>]*?href=")#(?!top")', r"\1../index.html#", page)
 
