@@ -22,7 +22,7 @@ from replication.audit.judge.numerals import numbers_in
 from replication.audit.judge.policies import once
 from replication.audit.judge.printed import Printed, flat, has_uncertainty
 from replication.audit.judge.verdict import rejudge
-from replication.audit.model import AGREES, CORRECTED, DISAGREES, NO_READING, NUMERIC, Evidence, Kind, Policy, Verdict
+from replication.audit.model import AGREES, CORRECTED, DISAGREES, NO_READING, NUMERIC, Kind, Policy, Verdict
 from replication.audit.parts import Paper
 from replication.audit.publish.rebuild import plain_templates
 from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
@@ -324,25 +324,15 @@ def _alterations(
 ) -> Iterator[tuple[str, ClaimRecord, Errata]]:
     """What can be altered of a claim: the kind, the record, and the errata to judge it with."""
     claim, evidence, erratum = record.claim, record.evidence, record.claim.erratum
-    printed = target.printed if target else None
     if record.verdict in AGREES:
-        # Agreement under one reading of several, over rounded inputs, within a printed uncertainty, or within what a
-        # solver leaves open is wider than the rounding of the print, and half-way between two prints agrees with both.
-        spread = printed is not None and any(entry.spread for entry in printed.entries)
-        wide = evidence.outcomes or evidence.over_inputs or spread or Policy.SOLVER in record.judgement.policies
-        if (
-            target is not None
-            and not (wide or target.printed.relation)
-            and basis(record) is Basis.DIGITS
-            and not _tied(target, evidence)
-        ):
+        if target is not None and basis(record) is Basis.DIGITS and not _wide(record, target):
             if claim.meant and record.verdict in CORRECTED:
                 # What is meant was compared; the print was found wrong and would be so with another digit.
-                for text in moved(Target.of(replace(claim, printed=claim.meant)).printed):
-                    yield _MOVED, replace(record, claim=replace(claim, meant=text)), errata
+                texts = moved(Target.of(replace(claim, printed=claim.meant)).printed)
+                claims = [replace(claim, meant=text) for text in texts]
             else:
-                for text in moved(target.printed):
-                    yield _MOVED, replace(record, claim=replace(claim, printed=text, uncertainty="")), errata
+                claims = [replace(claim, printed=text, uncertainty="") for text in moved(target.printed)]
+            yield from ((_MOVED, replace(record, claim=other), errata) for other in claims)
         if evidence.holds is not None and evidence.margin is not None:
             against = tuple(replace(outcome, holds=False, margin=None) for outcome in evidence.outcomes)
             denied = replace(evidence, holds=not evidence.holds, margin=-abs(evidence.margin) - 1, outcomes=against)
@@ -352,15 +342,23 @@ def _alterations(
         nothing = dict.fromkeys(("value", "lower", "upper", "holds", "margin", "probability", "over_inputs"))
         yield _EMPTIED, replace(record, evidence=replace(evidence, **nothing, outcomes=())), errata
     single = claim.kind is Kind.VALUE and isinstance(evidence.value, int | float) and not evidence.outcomes
-    if record.verdict is Verdict.DIFFERS and single and printed is not None:
-        (entry,) = printed.entries
+    if record.verdict is Verdict.DIFFERS and single and target is not None:
+        (entry,) = target.printed.entries
         places = max(0, -Decimal(str(float(entry.unit))).adjusted())
         yield _MENDED, replace(record, claim=replace(claim, printed=f"{evidence.value:.{places}f}")), errata
 
 
-def _tied(target: Target, evidence: Evidence) -> bool:
+def _wide(record: ClaimRecord, target: Target) -> bool:
+    """Whether a claim agrees by more than the rounding of its print.
+
+    So under one reading of several, over rounded inputs, within a printed uncertainty or relation, within what a solver
+    leaves open; and half-way between two prints, where it agrees with both.
+    """
+    evidence, printed = record.evidence, target.printed
+    if evidence.outcomes or evidence.over_inputs or printed.relation or any(entry.spread for entry in printed.entries):
+        return True
     with contextlib.suppress(AuditError):  # of a record that does not fit, the verdict says so
-        return any(number.tied for number in measure(target, evidence))
+        return Policy.SOLVER in record.judgement.policies or any(n.tied for n in measure(target, evidence))
     return False
 
 

@@ -262,26 +262,26 @@ def _verdict(stands: Standing) -> tuple[str, Verdict | None, str]:
 
 def _picture(paper: PaperView, figures: Path) -> TracesView | tuple[BarView, ...] | EntriesView | None:
     picture = paper.record.brief.picture if paper.record.brief is not None else None
-    known = {view.record.id.partition(".")[2]: view for view in paper.claims}
     if isinstance(picture, Traces):
         drawn = {figure.record.name for figure in paper.figures if figure.drawing}
         return _traces(picture, table(figures / f"{picture.figure}.csv")) if picture.figure in drawn else None
     if isinstance(picture, Bars):
-        return tuple(_pair(pair, paper, known) for pair in picture.pairs)
+        return tuple(_pair(pair, paper) for pair in picture.pairs)
     if isinstance(picture, Entries):
-        listed = [(name, tuple(_boxed(_claim(cell, paper, known)) for cell in cells)) for name, cells in picture.rows]
+        listed = [(name, tuple(_boxed(_claim(cell, paper)) for cell in cells)) for name, cells in picture.rows]
         return EntriesView(columns=picture.columns, rows=tuple(listed), text=picture.text)
     return next(filter(None, map(_of_table, paper.tables)), None)
 
 
-def _claim(name: str, paper: PaperView, known: Mapping[str, ClaimView]) -> ClaimView:
+def _claim(name: str, paper: PaperView) -> ClaimView:
+    known = {view.record.id.partition(".")[2]: view for view in paper.claims}
     if name not in known:
         raise AuditError(f"the picture of {paper.record.key} shows {name!r}, which is no claim of it; correct the name")
     return known[name]
 
 
-def _pair(pair: Pair, paper: PaperView, known: Mapping[str, ClaimView]) -> BarView:
-    printed, bound = _claim(pair.printed, paper, known), _claim(pair.bound, paper, known)
+def _pair(pair: Pair, paper: PaperView) -> BarView:
+    printed, bound = _claim(pair.printed, paper), _claim(pair.bound, paper)
     lower = bound.record.evidence.lower
     if not printed.entries or printed.entries[0].value is None or not isinstance(lower, int | float):
         raise AuditError(
