@@ -222,11 +222,6 @@ class Measured:
         return f"{self.label}: " if self.label else ""
 
     @property
-    def whole(self) -> bool:
-        """Whether it is a known whole number."""
-        return self.bracket.low == self.bracket.high and self.value.denominator == 1
-
-    @property
     def tied(self) -> bool:
         """Whether it stands at an end of what its print stands for, half-way to another print."""
         return self.interval is not None and self.value in self.interval.ends
@@ -386,7 +381,8 @@ def _fraction(number: Fraction) -> str:
 def _against(number: Measured, ends: tuple[Fraction, Fraction], words: str) -> str:
     if number.bracket.low == number.bracket.high == number.entry.value:
         return f"{number.prefix}{number.entry.text}, as printed"
-    if number.whole and number.entry.value.denominator == 1 and not ends[0] <= number.value <= ends[1]:
+    whole = number.bracket.low == number.bracket.high and number.value.denominator == 1
+    if whole and number.entry.value.denominator == 1 and not ends[0] <= number.value <= ends[1]:
         return f"{number.prefix}{numerals.exact(number.value)}, not {number.entry.text}"
     half = Fraction(1, 2)
     negligible = abs(number.deviation) < Fraction(str(numerals.NEGLIGIBLE))

@@ -102,7 +102,7 @@ def _verified(record: CertificateRecord, root: Path) -> str | None:
 def _prints(record: CertificateRecord, claims: Sequence[ClaimRecord]) -> list[str]:
     """The numbers that the paper prints for what a theorem bounds; each once, however often it is repeated."""
     about = [term.of for term in record.says]
-    numbers = [
+    numbers = (
         claim.claim.printed
         for claim in claims
         if record.path in claim.evidence.certificates
@@ -110,7 +110,7 @@ def _prints(record: CertificateRecord, claims: Sequence[ClaimRecord]) -> list[st
         and claim.claim.kind == "value"
         and all(predicate.relation == "is" and predicate.to == claim.claim.printed for predicate in claim.claim.says)
         and any(predicate.of in about for predicate in claim.claim.says)
-    ]
+    )
     return list(dict.fromkeys(numbers))
 
 

@@ -138,9 +138,6 @@ def _columns(paper: PaperRecord) -> list[Column]:
     return columns
 
 
-NO_REASON = "No certificate has been made."
-
-
 @dataclass(frozen=True, kw_only=True)
 class Proofs:
     """asked, proved, supported: how many claims there are, are proved, and have theorems beside them. open: the ones
@@ -165,7 +162,7 @@ def proofs(results: ResultsFile) -> Proofs | None:
     reasons: dict[str, list[ClaimRecord]] = {}
     for claim in records:
         if not claim.judgement.proved and not claim.judgement.supported:
-            reasons.setdefault(claim.judgement.unproved or NO_REASON, []).append(claim)
+            reasons.setdefault(claim.judgement.unproved or "No certificate has been made.", []).append(claim)
     return Proofs(
         certificates=tuple(
             (certificate, tuple(claim for claim in results.claims if certificate.path in claim.evidence.certificates))

@@ -6,7 +6,7 @@ number rounded as the print is. A card has several sentences, each as short as a
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from replication.audit.brief import Brief
@@ -102,10 +102,15 @@ def _view(paper: PaperRecord, brief: Brief, known: Mapping[str, Target]) -> Brie
     def told(sentence: str, sign: str = "") -> Told:
         return _told(sentence, sign, paper.key, known)
 
+    card = [told(sentence) for sentence in sentences(brief.card)]
     return BriefView(
         verdict=told(brief.verdict, ANYTHING),
         headline=told(brief.headline, ANYTHING),
-        card=_joined(told(sentence) for sentence in sentences(brief.card)),
+        card=Told(
+            parts=tuple(part for text in card for part in (*text.parts, (" ", "")))[:-1],
+            shaken=any(text.shaken for text in card),
+            numbers=tuple(number for text in card for number in text.numbers),
+        ),
         lines=(
             ("What holds", told(brief.holds, HOLDS)),
             ("What to correct", told(brief.correct, FAILS)),
@@ -120,17 +125,6 @@ _ENDS = re.compile(r"(?<!\bSec\.)(?<!\bFig\.)(?<!\beq\.)(?<!\bal\.)(?<=[.!?])\s+
 def sentences(text: str) -> list[str]:
     """The sentences of a text, of which each may be as long as `require_short` says; Sec. 3 ends none."""
     return _ENDS.split(text)
-
-
-def _joined(texts: Iterable[Told]) -> Told:
-    """Several sentences as one text."""
-    listed = tuple(texts)
-    parts = [part for text in listed for part in (*text.parts, (" ", ""))]
-    return Told(
-        parts=tuple(parts[:-1]),
-        shaken=any(text.shaken for text in listed),
-        numbers=tuple(number for text in listed for number in text.numbers),
-    )
 
 
 def _told(sentence: str, line: str, key: str, known: Mapping[str, Target]) -> Told:
