@@ -320,11 +320,7 @@ def _moved(value: Any, turns: Iterator[int]) -> Any:
     if isinstance(value, Mapping):
         return {key: _moved(entry, turns) for key, entry in value.items()}
     if isinstance(value, list | tuple):
-        share = _share(next(turns))
-        floats = set(map(type, value)) == {float}  # rows of numbers are most of what there is
-        moved = (
-            [e * _share(t) for e, t in zip(value, turns, strict=False)] if floats else [_moved(e, turns) for e in value]
-        )
+        share, moved = _share(next(turns)), [_moved(entry, turns) for entry in value]
         return type(value)(share * entry if isinstance(entry, float) else entry for entry in moved)
     if isinstance(value, bool) or not isinstance(value, int | float) or (isinstance(value, int) and value < WHOLE):
         return value

@@ -182,8 +182,7 @@ def _require_agreement(result: Match, evidence: Evidence, paths: str) -> None:
 def _bracketed(evidence: Evidence, ends: Sequence[Ends], paths: str, numeric: bool) -> Evidence:
     """The evidence with the bracket of its certificates, on those sides that are proved of all its numbers.
 
-    A number must lie in it. A statement may have none to show it beside; where it has one, its own bracket must meet it.
-    Raises AuditError for what does not.
+    Raises AuditError for a number that does not lie in it, and for a statement with another bracket beside its number.
     """
     layout = evidence.value
     numbers = [] if layout is None else list(flat(layout))

@@ -257,9 +257,8 @@ def _paper(paper: Paper, sources: SourceTree) -> Iterator[str]:
 
 
 def _fields(what: str, record: type[msgspec.Struct], declared: Any, where: str) -> Iterator[str]:
-    hints = _hints(record)
     for name, value in shared(record, declared).items():
-        if wrong := _wrong(value, hints[name]):
+        if wrong := _wrong(value, _hints(record)[name]):
             yield f"{what}: {name} is {value!r:.80}; {wrong} [{where}]"
     uses = getattr(declared, "uses", ())
     if not isinstance(uses, tuple | list) or not all(isinstance(name, str) for name in uses):

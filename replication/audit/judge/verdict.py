@@ -28,7 +28,7 @@ from replication.audit.model import (
 )
 from replication.audit.store.cache import require_json
 from replication.audit.store.records import CertificateRecord, ClaimRecord, ErratumRecord, shared
-from replication.errors import AuditError
+from replication.errors import AuditError, one_of
 
 SMALLEST_PROBABILITY_REASON = (
     "A single draw can only be contradicted by being improbable; at this level one true print in a hundred would be."
@@ -50,12 +50,6 @@ class Case:
     readings: Mapping[str, Reading]
     target: Target | AuditError | None
     printed: bool = False
-
-    def reading(self, name: str) -> Reading:
-        """The reading of the paper with this name; AuditError if there is none."""
-        if name not in self.readings:
-            raise AuditError(f"the reading {name!r} is not one of the paper's, which are {list(self.readings)}")
-        return self.readings[name]
 
 
 def judge(
@@ -165,7 +159,7 @@ def _found(case: Case) -> Judgement:
     judgement = _compare(case)
     if case.claim.reading in ("", NO_READING):
         return judgement
-    reading = case.reading(case.claim.reading)
+    reading = case.readings[one_of("reading of the paper", case.claim.reading, case.readings)]
     if case.printed and reading.inference:
         # Chosen with the print in view, it is a part of the correction.
         return judgement
@@ -181,7 +175,8 @@ def _found(case: Case) -> Judgement:
 def _family(case: Case) -> Judgement:
     """The verdict on a claim whose answer is known under each reading of a family."""
     evidence = case.evidence
-    readings = [case.reading(outcome.reading) for outcome in evidence.outcomes]
+    named = (one_of("reading of the paper", outcome.reading, case.readings) for outcome in evidence.outcomes)
+    readings = [case.readings[name] for name in named]
     if len({reading.name for reading in readings}) != len(readings):
         raise AuditError(f"the evidence has two outcomes for one reading: {[reading.name for reading in readings]}")
     _require_fitting(case)
