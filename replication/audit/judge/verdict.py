@@ -328,12 +328,6 @@ def _statistical(case: Case) -> Judgement:
     return judgement.further(statement.reason, verdict=statement.verdict if refuted else judgement.verdict)
 
 
-OUTCOMES = (
-    'outcomes are a list with one entry for each reading of the paper: [{"reading": "logarithms", "value": 48.3}], or '
-    '{"reading": ..., "holds": True} where no number is printed'
-)
-
-
 def make_record(
     claim: Claim,
     evidence: Evidence | None,
@@ -396,7 +390,10 @@ def plain(evidence: Evidence | None) -> Evidence:
         plain = msgspec.convert(fields, Evidence)
     except (TypeError, msgspec.ValidationError) as error:
         if "$.outcomes" in str(error):
-            raise AuditError(f"{error}; {OUTCOMES}") from None
+            raise AuditError(
+                f"{error}; outcomes are a list with one entry for each reading of the paper: "
+                '[{"reading": "logarithms", "value": 48.3}], or {"reading": ..., "holds": True} where no number is printed'
+            ) from None
         raise AuditError(f"the evidence is not made of plain numbers: {error}") from None
     require_json("the evidence", fields)
     return plain

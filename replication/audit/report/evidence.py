@@ -183,13 +183,15 @@ def _ladder(view: ClaimView, claims: Sequence[ClaimView]) -> Ladder | None:
     # Whether it agrees hangs on more than this bracket, such as a second reading: no verdict for a drawing.
     if not gap or inside is (view.record.verdict is Verdict.DIFFERS or bool(view.rounded)):
         return None
+    # With as many digits as show its width.
+    unit = Fraction(10) ** math.floor(math.log10(ours[1] - ours[0]))
     return Ladder(
         view=view,
         entry=entry,
         inside=inside,
         near=float(gap) / float(box[1] - box[0]),
         end=end,
-        bracket=_outward(ours),
+        bracket=(math.floor(ours[0] / unit) * unit, math.ceil(ours[1] / unit) * unit),
         room=_two_digits(gap / (ours[1] - ours[0])),
         rungs=_rungs(box, ours, end),
         beside=tuple(claim for claim in claims if _attains(claim, view)) if view.rounded else (),
@@ -200,12 +202,6 @@ def _attains(view: ClaimView, least: ClaimView) -> bool:
     """Whether a claim of the place of a least level finds the number printed for it, as the printed filter's level."""
     first, second = view.record.claim, least.record.claim
     return (first.place, first.printed) == (second.place, second.printed) and view.record.counted and view.within == 1
-
-
-def _outward(ours: Ends) -> Ends:
-    """The bracket with as many digits as show its width."""
-    unit = Fraction(10) ** math.floor(math.log10(ours[1] - ours[0]))
-    return math.floor(ours[0] / unit) * unit, math.ceil(ours[1] / unit) * unit
 
 
 def _two_digits(number: Fraction) -> int:

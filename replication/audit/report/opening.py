@@ -94,15 +94,13 @@ def field(papers: Sequence[PaperView]) -> Field:
         for paper in papers
     ]
     filled = {cell.consequence for lane in lanes for cell in lane.cells if cell.marks or cell.timed}
-    columns = tuple(kind for kind in Consequence if kind in filled)
-    records = [view.record for paper in papers for view in paper.claims if view.record.counted]
     return Field(
         broken=tuple(lane for lane in lanes if lane.failing and lane.standing.broken),
         off=tuple(lane for lane in lanes if lane.failing and not lane.standing.broken),
         mended=tuple(lane for lane in lanes if lane.standing.corrected and not lane.standing.broken),
         lanes=tuple(lanes),
-        columns=columns,
-        tally=tally(records),
+        columns=tuple(kind for kind in Consequence if kind in filled),
+        tally=tally(view.record for paper in papers for view in paper.claims),
     )
 
 

@@ -128,7 +128,7 @@ def sentences(text: str) -> list[str]:
 
 
 def _told(sentence: str, line: str, key: str, known: Mapping[str, Target]) -> Told:
-    filled = {numeral[0]: _filled(numeral[0], numeral.groups(), key, known) for numeral in _NUMBER.finditer(sentence)}
+    filled = {numeral[0]: _filled(numeral, key, known) for numeral in _NUMBER.finditer(sentence)}
     sentence = _NUMBER.sub(lambda numeral: filled[numeral[0]][0], sentence)
     parts: list[tuple[str, str]] = []
     end, shaken = 0, False
@@ -155,11 +155,11 @@ def _target(name: str, key: str, known: Mapping[str, Target]) -> Target:
     return target
 
 
-def _filled(text: str, parts: tuple[str | None, ...], key: str, known: Mapping[str, Target]) -> tuple[str, float]:
-    """What `text` in braces becomes, and the number in it."""
-    name, how, divisor = parts
-    record = _target(name or "", key, known).record
-    refused = AuditError(f"the brief of {key} tells a number as {text}, which has no single one; link it instead")
+def _filled(numeral: re.Match[str], key: str, known: Mapping[str, Target]) -> tuple[str, float]:
+    """What a name in braces becomes, and the number in it."""
+    name, how, divisor = numeral.groups()
+    record = _target(name, key, known).record
+    refused = AuditError(f"the brief of {key} tells a number as {numeral[0]}, which has no single one; link it instead")
     if record is None or isinstance(record.evidence.value, tuple):
         raise refused
     value, lower = record.evidence.value, record.evidence.lower
