@@ -391,8 +391,9 @@ def plain(evidence: Evidence | None) -> Evidence:
     except (TypeError, msgspec.ValidationError) as error:
         if "$.outcomes" in str(error):
             raise AuditError(
-                f"{error}; outcomes are a list with one entry for each reading of the paper: [{{"
-                '"reading": "logarithms", "value": 48.3}], or {"reading": ..., "holds": True} where no number is printed'
+                f"{error}; outcomes are a list with one entry for each reading of the paper: "
+                '[{"reading": "logarithms", "value": 48.3}], '
+                'or {"reading": ..., "holds": True} where no number is printed'
             ) from None
         raise AuditError(f"the evidence is not made of plain numbers: {error}") from None
     require_json("the evidence", fields)
