@@ -26,7 +26,7 @@ from replication.audit.judge.policies import once
 from replication.audit.project import find_project
 from replication.audit.publish.archive import badges
 from replication.audit.report.claim import standings
-from replication.audit.report.opening.told import BriefView, briefs
+from replication.audit.report.told import BriefView, briefs
 from replication.audit.store.records import PaperRecord, ResultsFile, read_results
 from replication.drawing.panels import as_svg
 from replication.errors import AuditError

@@ -243,7 +243,7 @@ class StatedClaim(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     statement: in plain words of ours. printed: the printed string, empty if the claim prints no number.
     expected: the pinned verdict. uses: names of the experiments whose results `answer` read, filled in by the run.
     tolerance: half-width other than half a unit in the last printed place; needs `tolerance_reason`.
-    uncertainty: what the uncertainty that is printed with the number is, one of `judge.uncertainty.KINDS`.
+    uncertainty: what the uncertainty that is printed with the number is, one of `judge.agreement.KINDS`.
     erratum: id of the erratum under which the claim is reproduced, if it is one of those.
     meant: what must be printed instead, if that erratum corrects the printed result and not what it follows from.
     reading: name of the reading of the paper that the claim rests on, or `NO_READING`.

@@ -65,8 +65,7 @@ def results_of(chosen: argparse.Namespace) -> ResultsFile:
 
 def say_report(results: ResultsFile, figures: Path, output: Path) -> list[str]:
     """Build the report at `output`, say where it is and which of the tutorials that it links to are not built."""
-    from replication.audit.report.article import build_articles
-    from replication.audit.report.page import build_report
+    from replication.audit.report.page import build_articles, build_report
 
     try:
         lines = [f"report: {build_report(results, figures, output, project_root())}"]

@@ -12,7 +12,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from tables import decimal, rows
 
-from replication.audit.inspect.controls import moved
+from replication.audit.inspect.headline import moved
 from replication.audit.judge.agreement import ACCURACY
 from replication.audit.judge.printed import parse
 from replication.audit.model import Evidence, Kind, Verdict

@@ -14,9 +14,8 @@ from replication.audit.data import read_printed
 from replication.audit.declare import Part, paper
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import Evidence, Results, Verdict
-from replication.audit.report.article import build_articles
 from replication.audit.report.claim import anchor
-from replication.audit.report.page import build_report
+from replication.audit.report.page import build_articles, build_report
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
 

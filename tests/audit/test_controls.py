@@ -12,15 +12,14 @@ from tables import rows
 
 from replication.audit.data import read_printed
 from replication.audit.declare import Part, experiment, paper
-from replication.audit.inspect import controls as module
-from replication.audit.inspect.controls import Control, moved
-from replication.audit.inspect.headline import notes
+from replication.audit.inspect import headline as module
+from replication.audit.inspect.headline import Control, moved, notes
 from replication.audit.judge.printed import parse, sensitivities, spread
 from replication.audit.judge.verdict import rejudge
 from replication.audit.model import AGREES, Evidence, Experiment, Judgement, Kind, Proof, Verdict
 from replication.audit.parts import Paper, Sensitivity
 from replication.audit.report.claim import targets
-from replication.audit.report.sections.lineage import lineages, rooms
+from replication.audit.report.sections import lineages, rooms
 from replication.audit.run.assemble import assemble
 from replication.audit.run.pool import Action, Step
 from replication.audit.store.cache import Dependencies, Entry

@@ -9,7 +9,7 @@ import pytest
 from tables import rows
 
 from replication.audit.data import PrintedValue, read_printed
-from replication.audit.judge.typed import require_found
+from replication.audit.judge.numerals import require_found
 from replication.audit.project import about
 from replication.errors import AuditError
 

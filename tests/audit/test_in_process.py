@@ -18,7 +18,7 @@ from replication.audit.parts import Paper
 from replication.audit.publish import terminal
 from replication.audit.publish.linked_data import without_empty
 from replication.audit.report.claim import views
-from replication.audit.report.opening.told import _targets
+from replication.audit.report.told import _targets
 from replication.audit.run import certify, worker
 from replication.audit.run.assemble import assemble
 from replication.audit.run.pool import Action, Step, processes

@@ -19,14 +19,12 @@ from replication.audit.judge.numerals import require_short
 from replication.audit.model import Kind, Outcome, Policy, Verdict
 from replication.audit.parts import CELL, CommonLevel
 from replication.audit.report.claim import Standing, anchor, consequence, standing, targets, views
-from replication.audit.report.opening.field import Field, field
-from replication.audit.report.opening.rows import rows
-from replication.audit.report.opening.told import briefs, sentences
+from replication.audit.report.opening import Field, field, rows
 from replication.audit.report.page import build_report, render
 from replication.audit.report.paper import paper_view
-from replication.audit.report.sections.across import across
-from replication.audit.report.templates import environment
-from replication.audit.report.words import TERMS, linked, terms
+from replication.audit.report.sections import across
+from replication.audit.report.templates import TERMS, environment, linked, terms
+from replication.audit.report.told import briefs, sentences
 from replication.audit.run import assemble
 from replication.audit.run.assemble import Available
 from replication.audit.store.records import ResultsFile

@@ -13,7 +13,7 @@ from tables import rows, tupled
 
 from replication.audit.judge.printed import decimal_fraction, has_uncertainty, number, parse
 from replication.audit.parts import Sensitivity
-from replication.audit.report.sections.lineage import rooms
+from replication.audit.report.sections import rooms
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
 

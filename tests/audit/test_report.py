@@ -32,7 +32,7 @@ from replication.audit.people import Reply
 from replication.audit.publish.linked_data import filled
 from replication.audit.report.claim import anchor, targets, views
 from replication.audit.report.page import build_report, render
-from replication.audit.report.sections.lineage import allowances, proofs
+from replication.audit.report.sections import allowances, proofs
 from replication.audit.report.templates import SOURCES, mathml, prose
 from replication.audit.store.records import ClaimRecord, ResultsFile
 from replication.errors import AuditError

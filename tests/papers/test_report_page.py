@@ -9,8 +9,7 @@ import pytest
 from looking import overlaps, pages_of, resize, unfold
 from selenium import webdriver
 
-from replication.audit.report.article import build_articles
-from replication.audit.report.page import build_report
+from replication.audit.report.page import build_articles, build_report
 from replication.audit.run.runner import Outcome
 
 pytestmark = [pytest.mark.slow, pytest.mark.browser]

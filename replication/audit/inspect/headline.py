@@ -1,24 +1,32 @@
-"""The summary of a report: one sentence of verdict, every number counted, and notes on what nobody would see."""
+"""The summary of a report: one sentence of verdict, every number counted, and notes on what nobody would see.
 
+And its negative controls: what is wrong on purpose must be found, when stored verdicts are derived from altered input.
+"""
+
+import contextlib
 import math
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 from enum import StrEnum
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+from msgspec.structs import replace
+
 from replication.audit.inspect.coverage import faults
+from replication.audit.judge.agreement import BY_DIGITS, Target, measure
+from replication.audit.judge.numerals import numbers_in
 from replication.audit.judge.policies import once
-from replication.audit.judge.printed import flat, has_uncertainty
-from replication.audit.judge.typed import numbers_in
-from replication.audit.judge.uncertainty import BY_DIGITS
-from replication.audit.model import DISAGREES, NO_READING, NUMERIC, Kind, Verdict
+from replication.audit.judge.printed import Printed, flat, has_uncertainty
+from replication.audit.judge.verdict import rejudge
+from replication.audit.model import AGREES, CORRECTED, DISAGREES, NO_READING, NUMERIC, Kind, Policy, Verdict
 from replication.audit.parts import Paper
 from replication.audit.publish.rebuild import plain_templates
 from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
-from replication.errors import listed
+from replication.errors import AuditError, listed
 
 
 class Basis(StrEnum):
@@ -262,3 +270,111 @@ def factor(claim: ClaimRecord) -> str:
         if all(low <= number / times <= high for number, (low, high) in zip(numbers, ends, strict=True)):
             return words
     return ""
+
+
+EXPECTED = {
+    "a printed number moved by a unit of its last place": "no agreement",
+    "a statement that holds turned into one that does not": "no agreement",
+    "the proof of an erratum taken away": "no agreement",
+    "the evidence of a claim taken away": "an error",
+    "a print that differs replaced by what was computed": "agreement",
+}
+"""What each kind of alteration must give."""
+_MOVED, _DENIED, _UNPROVED, _EMPTIED, _MENDED = EXPECTED
+Errata = Mapping[str, ErratumRecord]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Control:
+    """One kind of alteration: what was altered, how often it was tried, and the claims where it went unnoticed."""
+
+    altered: str
+    expected: str
+    tried: int
+    caught: int
+    missed: tuple[ClaimRecord, ...]
+
+
+def controls(results: ResultsFile, targets: Mapping[str, Target]) -> tuple[Control, ...]:
+    """Every kind of alteration that `results` has a claim for, tried on each such claim; targets: by claim."""
+    errata = {erratum.id: erratum for erratum in results.errata}
+    tried: dict[str, list[ClaimRecord | None]] = {altered: [] for altered in EXPECTED}
+    for claim in results.claims:
+        target, readings = targets.get(claim.id), results.readings.get(claim.paper, ())
+        for altered, record, known in _alterations(claim, errata, target):
+            # A print that was left alone is not read again.
+            judged = rejudge(record, known, target if record.claim is claim.claim else None, readings=readings)
+            agrees = judged.verdict in AGREES and Policy.SOLVER not in judged.policies
+            tried[altered].append(None if agrees is (EXPECTED[altered] == "agreement") else claim)
+    return tuple(
+        Control(
+            altered=altered,
+            expected=EXPECTED[altered],
+            tried=len(outcomes),
+            caught=outcomes.count(None),
+            missed=tuple({claim.id: claim for claim in outcomes if claim is not None}.values()),
+        )
+        for altered, outcomes in tried.items()
+        if outcomes
+    )
+
+
+def _alterations(
+    record: ClaimRecord, errata: Errata, target: Target | None
+) -> Iterator[tuple[str, ClaimRecord, Errata]]:
+    """What can be altered of a claim: the kind, the record, and the errata to judge it with."""
+    claim, evidence, erratum = record.claim, record.evidence, record.claim.erratum
+    if record.verdict in AGREES:
+        if target is not None and basis(record) is Basis.DIGITS and not _wide(record, target):
+            if claim.meant and record.verdict in CORRECTED:
+                # What is meant was compared; the print was found wrong and would be so with another digit.
+                texts = moved(Target.of(replace(claim, printed=claim.meant)).printed)
+                claims = [replace(claim, meant=text) for text in texts]
+            else:
+                claims = [replace(claim, printed=text, uncertainty="") for text in moved(target.printed)]
+            yield from ((_MOVED, replace(record, claim=other), errata) for other in claims)
+        if evidence.holds is not None and evidence.margin is not None:
+            against = tuple(replace(outcome, holds=False, margin=None) for outcome in evidence.outcomes)
+            denied = replace(evidence, holds=not evidence.holds, margin=-abs(evidence.margin) - 1, outcomes=against)
+            yield _DENIED, replace(record, evidence=denied), errata
+        if record.verdict in CORRECTED and erratum is not None:
+            yield _UNPROVED, record, {**errata, erratum: replace(errata[erratum], holds=False)}
+        nothing = dict.fromkeys(("value", "lower", "upper", "holds", "margin", "probability", "over_inputs"))
+        yield _EMPTIED, replace(record, evidence=replace(evidence, **nothing, outcomes=())), errata
+    single = claim.kind is Kind.VALUE and isinstance(evidence.value, int | float) and not evidence.outcomes
+    if record.verdict is Verdict.DIFFERS and single and target is not None:
+        (entry,) = target.printed.entries
+        places = max(0, -Decimal(str(float(entry.unit))).adjusted())
+        yield _MENDED, replace(record, claim=replace(claim, printed=f"{evidence.value:.{places}f}")), errata
+
+
+def _wide(record: ClaimRecord, target: Target) -> bool:
+    """Whether a claim agrees by more than the rounding of its print.
+
+    So under one reading of several, over rounded inputs, within a printed uncertainty or relation, within what a solver
+    leaves open; and half-way between two prints, where it agrees with both.
+    """
+    evidence, printed = record.evidence, target.printed
+    if evidence.outcomes or evidence.over_inputs or printed.relation or any(entry.spread for entry in printed.entries):
+        return True
+    with contextlib.suppress(AuditError):  # of a record that does not fit, the verdict says so
+        return Policy.SOLVER in record.judgement.policies or any(n.tied for n in measure(target, evidence))
+    return False
+
+
+def moved(printed: Printed) -> Iterator[str]:
+    """A print with one of its numbers moved by one unit of its last place, up and down, for each number in turn.
+
+    A number that would change its sign is moved up only: its printed form has another length then.
+    """
+    text = printed.plain
+    begin = 0
+    for entry in printed.entries:
+        digits = entry.text.lstrip("+-")
+        begin = text.index(digits, begin)
+        end = begin + len(digits)
+        unit = Decimal(entry.unit.numerator) / entry.unit.denominator
+        for number in (Decimal(digits) + unit, Decimal(digits) - unit):
+            if number >= 0:
+                yield text[:begin] + format(number, "f") + text[end:]
+        begin = end

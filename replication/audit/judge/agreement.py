@@ -1,22 +1,70 @@
-"""Does a computed number agree with a printed one? Exact comparison of values and brackets with printed intervals."""
+"""Does a computed number agree with a printed one? Exact comparison of values and brackets with printed intervals.
+
+An uncertainty that a text prints is no wall: what it says is told in standard deviations, by the rules of
+docs/verdicts.md, of which `judge_uncertain` is the code.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from statistics import NormalDist
 
 import msgspec
 
 from replication.audit.judge import numerals
-from replication.audit.judge.forms import level_of
-from replication.audit.judge.printed import Entry, Printed, by_digits, decimal_fraction, parse
-from replication.audit.judge.uncertainty import BY_DIGITS, PROBABLE, reach, weighed
+from replication.audit.judge.printed import Entry, Printed, by_digits, decimal_fraction, level_of, parse
 from replication.audit.model import Evidence, Judgement, StatedClaim, Verdict
 from replication.errors import AuditError
 from replication.verify.predicate import Relation
+
+SMALLEST_PROBABILITY = 0.01
+"""A printed draw is compatible if a draw at least as extreme is at least this probable."""
+BOUND, PROBABLE = "bound", "probable"
+BY_DIGITS = {
+    "sd": "What is printed beside it is a standard deviation of the data, and no uncertainty of it.",
+    "none": "It was computed from the same data, and so has no uncertainty.",
+}
+_NORMAL = NormalDist()
+_FORM = re.compile(r"([0-9]+(?:\.[0-9]+)?)\s*(sigma|σ|SD|SE|%)")
+KINDS = ("1 sigma", "2 sigma", "68 %", "90 %", "95 %", "99 %", PROBABLE, BOUND, *BY_DIGITS)
+"""Examples of what a claim may say; any number of sigma or per cent will do."""
+
+
+def sigmas(uncertainty: str) -> Fraction | None:
+    """How many standard deviations an uncertainty is; None for a bound. Raises AuditError for what it cannot be."""
+    match = _FORM.fullmatch("50 %" if uncertainty == PROBABLE else uncertainty)
+    number = Fraction(match[1]) if match else Fraction(0)
+    if uncertainty == BOUND:
+        return None
+    if match is None or not 0 < number < (100 if match[2] == "%" else 1000):
+        known = ", ".join(f'"{kind}"' for kind in KINDS)
+        raise AuditError(
+            f"uncertainty is {uncertainty!r}; write one of {known}, or another number of sigma or per cent"
+        )
+    return _rounded(_NORMAL.inv_cdf(0.5 + float(number) / 200)) if match[2] == "%" else number
+
+
+def _rounded(number: float) -> Fraction:
+    """Six decimals, which are the same on every machine."""
+    return Fraction(f"{number:.6f}")
+
+
+LIMIT = _rounded(_NORMAL.inv_cdf(1 - SMALLEST_PROBABILITY / 2))
+"""Standard deviations beyond which a number is too improbable."""
+
+
+def reach(entry: Entry, uncertainty: str) -> tuple[Fraction, Fraction]:
+    """How far from the print, down and up, a number agrees with it."""
+    assert entry.spread is not None
+    times = sigmas(uncertainty) if uncertainty else None
+    below, above = entry.spread
+    return (below, above) if times is None else (below * LIMIT / times, above * LIMIT / times)
+
 
 ACCURACY = Fraction(1, 2**50)
 """Relative accuracy of a float that a few dozen additions made; so near to an end of an interval it is that end.
@@ -174,11 +222,6 @@ class Measured:
         return f"{self.label}: " if self.label else ""
 
     @property
-    def whole(self) -> bool:
-        """Whether it is a known whole number."""
-        return self.bracket.low == self.bracket.high and self.value.denominator == 1
-
-    @property
     def tied(self) -> bool:
         """Whether it stands at an end of what its print stands for, half-way to another print."""
         return self.interval is not None and self.value in self.interval.ends
@@ -227,19 +270,39 @@ def judge_value(target: Target, evidence: Evidence) -> Judgement:
 
 
 def judge_uncertain(target: Target, evidence: Evidence, uncertainty: str) -> Judgement:
-    """Compare a number that is printed with its uncertainty: by its digits, and else by what the uncertainty is."""
+    """Compare a number that is printed with its uncertainty: by its digits, and else by what the uncertainty is.
+
+    Unsaid, it is tried as a probable error, the widest that is usual.
+    """
     (entry,) = target.printed.entries
-    half, (below, above) = entry.unit / 2, reach(entry, PROBABLE)
-    digits, beyond = (
-        judge_value(replace(target, intervals=(Interval(entry.value - low, entry.value + high),)), evidence)
-        for low, high in ((half, half), (below, above))
-    )
-    if digits.verdict is Verdict.REPRODUCED:
+    uncertainty = uncertainty or level_of(target.printed.text)
+
+    def within(below: Fraction, above: Fraction) -> Judgement:
+        interval = Interval(entry.value - below, entry.value + above)
+        return judge_value(replace(target, intervals=(interval,)), evidence)
+
+    if (digits := within(entry.unit / 2, entry.unit / 2)).verdict is Verdict.REPRODUCED:
         return digits
-    (number,) = measure(target, evidence)
-    return weighed(
-        entry, number.value, uncertainty or level_of(target.printed.text), judge_value(target, evidence), beyond
-    )
+    judgement = judge_value(target, evidence)
+    verdict, inside = judgement.verdict, judgement.verdict is Verdict.REPRODUCED
+    if uncertainty == BOUND:
+        words = "The text gives its uncertainty as a bound."
+    elif uncertainty:
+        assert entry.spread is not None
+        verdict = Verdict.COMPATIBLE if inside else verdict
+        times, off = sigmas(uncertainty) or Fraction(1), measure(target, evidence)[0].value - entry.value
+        z = numerals.short(float(abs(off) * times / entry.spread[off > 0]), 3)
+        of_print = "" if times == 1 else f", of which the printed {uncertainty} is {numerals.short(float(times), 3)}"
+        words = f"It is off by z = {z} standard deviations{of_print}; {numerals.short(float(LIMIT), 3)} are allowed."
+    elif within(*reach(entry, PROBABLE)).verdict is Verdict.DIFFERS:
+        words = "What its uncertainty is goes unsaid; it differs even by a probable error, the widest that is usual."
+    else:
+        verdict = Verdict.COMPATIBLE if inside else Verdict.UNDETERMINED
+        words = "What its uncertainty is goes unsaid; it agrees with each that is usual."
+        words += ' If the text prints a standard deviation of the data, say uncertainty="sd".'
+        if not inside:
+            words = f'By a probable error it would agree, by a bound not; say uncertainty="{KINDS[0]}", or what it is.'
+    return judgement.further(words, verdict=verdict)
 
 
 MARKS: Mapping[str, Relation] = {
@@ -318,7 +381,8 @@ def _fraction(number: Fraction) -> str:
 def _against(number: Measured, ends: tuple[Fraction, Fraction], words: str) -> str:
     if number.bracket.low == number.bracket.high == number.entry.value:
         return f"{number.prefix}{number.entry.text}, as printed"
-    if number.whole and number.entry.value.denominator == 1 and not ends[0] <= number.value <= ends[1]:
+    whole = number.bracket.low == number.bracket.high and number.value.denominator == 1
+    if whole and number.entry.value.denominator == 1 and not ends[0] <= number.value <= ends[1]:
         return f"{number.prefix}{numerals.exact(number.value)}, not {number.entry.text}"
     half = Fraction(1, 2)
     negligible = abs(number.deviation) < Fraction(str(numerals.NEGLIGIBLE))

@@ -21,17 +21,6 @@ OF_READINGS = (Policy.SOLVER, Policy.CONSTANT, Policy.RULED_OUT, Policy.OWN)
 """Policies that a reading brings with it."""
 
 
-def excess(target: Target, evidence: Evidence) -> Fraction | None:
-    """How far the least number that rounds to a printed level lies above the lower end of the optimum."""
-    (number,) = measure(target, evidence)
-    assert number.interval is not None
-    least, _ = number.interval.ends
-    low, high = number.bracket.low, number.bracket.high
-    if low <= 0 or high >= least:
-        return None
-    return least / Fraction(low) - 1
-
-
 def with_excess(
     claim: StatedClaim, target: Target, evidence: Evidence, judgement: Judgement, solver: Reading | None
 ) -> Judgement:
@@ -44,10 +33,13 @@ def with_excess(
         return judgement
     if claim.kind is not Kind.VALUE or len(target.printed.entries) != 1:
         raise AuditError(f"an optimum is one printed number, a claim of kind value; got {claim.printed!r}")
-    relative = excess(target, evidence) if judgement.verdict is Verdict.DIFFERS else None
-    if relative is None:
+    if judgement.verdict is not Verdict.DIFFERS:
         return judgement
     (number,) = measure(target, evidence)
+    least, low = target.intervals[0].ends[0], number.bracket.low
+    if low <= 0 or number.bracket.high >= least:
+        return judgement
+    relative = least / Fraction(low) - 1
     rounded = exact(round(number.value / number.entry.unit) * number.entry.unit)
     words = (
         f"The optimum rounds to {rounded}. The least number that rounds to the print is {_percent(relative)} above the "

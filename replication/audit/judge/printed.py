@@ -1,7 +1,8 @@
 """Printed values: the string that stands in a paper, its exact numbers, and the unit of each last printed place.
 
 The digits are the tolerance: a printed number stands for the closed interval of half a unit in its last place on
-either side. All arithmetic is exact (`Fraction`). The forms are those of docs/adding-a-paper.md and `forms`.
+either side. All arithmetic is exact (`Fraction`). The forms are those of docs/adding-a-paper.md: LaTeX, a name before
+a number and marks behind it are taken away, and what stands for an uncertainty is read.
 """
 
 import re
@@ -11,10 +12,100 @@ from decimal import Decimal
 from fractions import Fraction
 from typing import Any, TypeVar
 
-from replication.audit.judge.forms import ADVICE, REAL, UNSIGNED, simplified, with_spread
+from replication.audit.data import words
 from replication.audit.model import Numbers
 from replication.audit.parts import Sensitivity
 from replication.errors import AuditError, ReplicationError
+
+UNSIGNED = r"(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,2})?"
+"""Two digits of exponent keep a typing slip such as 1e99999999 from filling the memory."""
+REAL = rf"[+-]?{UNSIGNED}"
+
+_PLAINER = tuple(
+    (re.compile(pattern), plain)
+    for pattern, plain in (
+        (r"−", "-"),
+        (r"\\(?:math\w\w|text(?:bf|it|rm)?|boldsymbol|bm)\s*\{([^{}]*)\}", r"\1"),
+        (r"\\pm(?![A-Za-z])", "±"),
+        (r"\\(?:times|cdot)(?![A-Za-z])\s*", "×"),
+        (r"\\leq?(?:slant)?(?![A-Za-z])", "≤"),
+        (r"\\geq?(?:slant)?(?![A-Za-z])", "≥"),
+        (r"\\(?:sim|approx)(?![A-Za-z])", "~"),
+        (r"\\(?:left|right)(?![A-Za-z])|^\\\(|\\\)$|\\!", ""),
+        (r"\\([%&#$])", r"\1"),
+        (r"\\[,;: ]|(?<=[0-9}])~(?=[0-9±(\[])", " "),
+        (r"\{([-+,])\}", r"\1"),
+        # A name before a relation: p = 0.75, R² = 0.9, t(24) < 2.1.
+        (r"^\s*[^\W\d][\w^{}\\]*\s*(?:\([^()]*\))?\s*(?:=\s*|(?=[<>≤≥]))", ""),
+        # Marks behind a number: stars of significance, signs and letters of notes.
+        (r"(?<=[0-9)\]}%])\s*(?:\^\s*\{?\s*(?:\*+|\\(?:ast|dagger)\b|[†‡a-d])\s*\}?|\*{1,4}|[†‡§¶]+)\s*$", ""),
+        (r"(?:\s*(?:%|per ?cent)|(?<=[0-9])\*{1,4}(?=\s))(?=\s*(?:±|\+/-|\[|\())", ""),
+    )
+)
+_LAST = re.compile(r"([+-]?[0-9]+(?:\.[0-9]*)?|[+-]?\.[0-9]+)\(([0-9]{1,3})\)((?:[eE][+-]?[0-9]{1,2})?)")
+_SPREAD = re.compile(rf"({REAL})\s*(?:±|\+/-)\s*({UNSIGNED})")
+_ERROR = re.compile(rf"({REAL})\s+\(([0-9]*\.[0-9]+)\)")
+_TIMES = re.compile(r"\(([^()]*)\)([eE][+-]?[0-9]{1,2})")
+_APART = tuple(
+    re.compile(rf"({REAL})\s*{apart}")
+    for apart in (
+        rf"\^\s*\{{?\s*\+\s*(?P<above>{UNSIGNED})\s*\}}?\s*_\s*\{{?\s*-\s*(?P<below>{UNSIGNED})\s*\}}?",
+        rf"_\s*\{{?\s*-\s*(?P<below>{UNSIGNED})\s*\}}?\s*\^\s*\{{?\s*\+\s*(?P<above>{UNSIGNED})\s*\}}?",
+        rf"\(?\s*\+\s*(?P<above>{UNSIGNED})\s*[/,;]?\s*-\s*(?P<below>{UNSIGNED})\s*\)?",
+    )
+)
+_LEVEL = r"(?:([0-9.]+)\s*%\s*)?(?:(?:CI|CrI|HDI|confidence interval)\b)?\s*[:,]?\s*"
+_LIMITS = re.compile(rf"({REAL})\s*[\[(]\s*{_LEVEL}({REAL})\s*(?:,|;|–|—|-|\bto\b)\s*({REAL})\s*[\])]")
+
+_INNER_COMMA = re.compile(r"(?<=[0-9]),(?=[0-9])")
+_INNER_THOUSANDS = re.compile(r"(?<![0-9,])[1-9][0-9]{0,2}(?:,[0-9]{3})+(?![0-9,])")
+
+ADVICE = words("advice")
+"""By what stands in a text that is no number, what may be meant, and what to write for it."""
+
+
+def simplified(text: str) -> str:
+    """The text without LaTeX, names and marks, with hyphens for minus signs."""
+    plain = text.replace("$", "") if text.count("$") % 2 == 0 else text
+    for pattern, instead in _PLAINER:
+        plain = pattern.sub(instead, plain)
+    return plain.strip()
+
+
+def with_spread(body: str) -> tuple[str, Decimal, Decimal, tuple[str, ...]] | None:
+    """The number of a simplified print, and how far its uncertainty reaches down and up; None where there is none.
+
+    Last the numbers that are printed for the uncertainty: one, two sides, or two limits.
+    """
+    scaled = _TIMES.fullmatch(body)
+    if scaled is not None and (inner := with_spread(scaled[1])) is not None:
+        times = Decimal(f"1{scaled[2]}")
+        texts = tuple(f"{number}{scaled[2]}" for number in (inner[0], *inner[3]))
+        return texts[0], inner[1] * times, inner[2] * times, texts[1:]
+    if (last := _LAST.fullmatch(body)) is not None:
+        number = last[1] + last[3]
+        both = int(last[2]) * Decimal(1).scaleb(int(Decimal(number).as_tuple().exponent))
+        return number, both, both, (str(both),)
+    if (beside := _SPREAD.fullmatch(body) or _ERROR.fullmatch(body)) is not None:
+        return beside[1], Decimal(beside[2]), Decimal(beside[2]), (beside[2],)
+    for form in _APART:
+        if (apart := form.fullmatch(body)) is not None:
+            sides = apart["below"], apart["above"]
+            return apart[1], Decimal(sides[0]), Decimal(sides[1]), sides
+    if (limits := _LIMITS.fullmatch(body)) is not None:
+        below, above = Decimal(limits[1]) - Decimal(limits[3]), Decimal(limits[4]) - Decimal(limits[1])
+        return limits[1], below, above, (limits[3], limits[4])
+    plain = _INNER_THOUSANDS.sub(lambda match: match[0].replace(",", ""), body)
+    if plain == body and "." not in body:
+        plain = _INNER_COMMA.sub(".", body)
+    return None if plain == body or _INNER_COMMA.search(plain) else with_spread(plain)
+
+
+def level_of(text: str) -> str:
+    """The level of the limits that a print names itself, such as `95 %`; empty if it names none."""
+    limits = _LIMITS.fullmatch(simplified(text))
+    return f"{limits[2]} %" if limits is not None and limits[2] else ""
+
 
 T = TypeVar("T")
 RELATIONS = {"<": "<", "≤": "≤", "<=": "≤", ">": ">", "≥": "≥", ">=": "≥"}
@@ -133,8 +224,7 @@ def parse(text: str) -> Printed:
     if not body:
         raise AuditError("the printed value is empty; give the string that stands in the paper")
     relation = ""
-    match = re.match(r"<=|>=|[<>≤≥]", body)
-    if match:
+    if match := re.match(r"<=|>=|[<>≤≥]", body):
         relation, body = RELATIONS[match.group()], body[match.end() :].strip()
     body = _PER_CENT.sub("", body)
     if (ends := _RANGE.fullmatch(body)) is not None:
@@ -148,7 +238,11 @@ def parse(text: str) -> Printed:
         closing = ")" if body[0] == "(" else "]"
         if not body.endswith(closing):
             raise AuditError(f"printed value {text!r} opens with {body[0]!r} and does not end with {closing!r}")
-        _refuse_ambiguous(text, body)
+        if ambiguous := _AMBIGUOUS.search(body):
+            raise AuditError(
+                f"printed value {text!r}: {ambiguous.group()!r} may be one number or several; "
+                "put a blank after each comma between entries and write thousands without commas inside a list"
+            )
         cells, shape = _list(text, body[1:-1]) if closing == ")" else _matrix(text, body[1:-1])
     else:
         body = _without_commas(body)
@@ -269,19 +363,9 @@ def _exponent(power: re.Match[str]) -> str:
     return f"e{power[1] or power[2].translate(_RAISED)}"
 
 
-def _refuse_ambiguous(text: str, body: str) -> None:
-    match = _AMBIGUOUS.search(body)
-    if match:
-        raise AuditError(
-            f"printed value {text!r}: {match.group()!r} may be one number or several; "
-            "put a blank after each comma between entries and write thousands without commas inside a list"
-        )
-
-
 Parameters = Mapping[str, Any]
 """Printed parameters as numbers: a float, or the rows of a matrix as lists."""
 
-Values = Mapping[str, list[Fraction]]
 Quantities = Mapping[str, float]
 """Results by id of the claim that they answer."""
 
@@ -292,16 +376,15 @@ def spread(prints: Mapping[str, str], compute: Callable[[Parameters], Quantities
     Returns JSON: `base`, and `rows` with `parameter`, `printed`, `low` and `high`; None where there is no result.
     """
     parsed = {name: parse(text) for name, text in prints.items()}
-    exact = {name: [entry.value for entry in printed.entries] for name, printed in parsed.items()}
     rows = []
     for name, printed in parsed.items():
         for index, entry in enumerate(printed.entries):
             if entry.unit < 1:
-                ends = (_moved(exact, name, index, side * entry.unit / 2) for side in (-1, 1))
-                low, high = (_attempt(compute, _numbers(parsed, values)) for values in ends)
+                ends = (_numbers(parsed, (name, index), side * entry.unit / 2) for side in (-1, 1))
+                low, high = (_attempt(compute, numbers) for numbers in ends)
                 row = {"parameter": _label(name, printed, index), "printed": entry.text, "low": low, "high": high}
                 rows.append(row)
-    return {"base": dict(compute(_numbers(parsed, exact))), "rows": rows}
+    return {"base": dict(compute(_numbers(parsed))), "rows": rows}
 
 
 def sensitivities(spread: Mapping[str, Any]) -> tuple[Sensitivity, ...]:
@@ -320,15 +403,14 @@ def sensitivities(spread: Mapping[str, Any]) -> tuple[Sensitivity, ...]:
     )
 
 
-def _moved(exact: Values, name: str, index: int, by: Fraction) -> Values:
-    changed = list(exact[name])
-    changed[index] += by
-    return {**exact, name: changed}
-
-
-def _numbers(parsed: Mapping[str, Printed], values: Values) -> dict[str, Any]:
-    """Floats in the layout of the prints."""
-    return {name: printed.arranged([float(value) for value in values[name]]) for name, printed in parsed.items()}
+def _numbers(
+    parsed: Mapping[str, Printed], moved: tuple[str, int] | None = None, by: Fraction = Fraction(0)
+) -> Parameters:
+    """Floats in the layout of the prints, one of them moved; moved: its parameter, and its place among the entries."""
+    exact = {name: [entry.value for entry in printed.entries] for name, printed in parsed.items()}
+    if moved is not None:
+        exact[moved[0]][moved[1]] += by
+    return {name: printed.arranged(list(map(float, exact[name]))) for name, printed in parsed.items()}
 
 
 def _attempt(compute: Callable[[Parameters], Quantities], parameters: Parameters) -> dict[str, float] | None:

@@ -26,11 +26,6 @@ from replication.verify.predicate import Exported, Predicate, Term, differences,
 from replication.verify.subjects import theorems
 from replication.verify.theorem import Refused
 
-# Second checks of certificates, by another arithmetic or Coq: what their last runs left beside the papers.
-#
-# They take too long for every run, so that each records the checksums of the certificates that it accepted, and of all
-# that it read beside them. What has changed since does not count.
-
 
 def machine_checked(folder: Path, stated: Collection[str]) -> tuple[str, dict[str, str]]:
     """What Coq left beside a paper: the file of its statement, checksums of certificates by name; nothing once stale.
@@ -53,7 +48,10 @@ def checked_twice(folder: Path, listed: Collection[str]) -> dict[str, str]:
 
 
 def _left(path: Path, command: str, keys: Sequence[str], known: Collection[str], unknown: str) -> list[Any]:
-    """These entries of a record, the last of them its checksums by theorem; nothing where there is no record."""
+    """These entries of what the last run of a second check left, its checksums by theorem last; nothing without one.
+
+    Such a check takes too long for every run, and what has changed since it was made does not count.
+    """
     if not path.is_file():
         return [*("" for _ in keys[1:]), {}]
     try:
@@ -166,8 +164,8 @@ def with_proofs(
     result = match(claim, evidence, certificates)
     _require_agreement(result, evidence, paths)
     ends = [(_outward(bound.low, -math.inf), _outward(bound.high, math.inf)) for bound in result.bounds]
-    joined = _statement_bracketed if claim.kind not in NUMERIC else _number_bracketed
-    bracketed = joined(evidence, ends, paths) if result.proved or (claim.kind in NUMERIC and ends) else evidence
+    numeric = claim.kind in NUMERIC
+    bracketed = _bracketed(evidence, ends, paths, numeric) if result.proved or (numeric and ends) else evidence
     if result.proved:
         return bracketed, True, ""
     return evidence, False, result.difference or OPEN
@@ -181,37 +179,28 @@ def _require_agreement(result: Match, evidence: Evidence, paths: str) -> None:
             raise AuditError(f"the theorems of {paths} contradict the evidence, which says holds: {answer}")
 
 
-def _number_bracketed(evidence: Evidence, ends: Sequence[Ends], paths: str) -> Evidence:
-    """A number that is proved shows the bracket of its certificates; raises AuditError if it does not lie in it."""
-    numbers = [] if evidence.value is None else list(flat(evidence.value))
-    if len(ends) != len(numbers):
+def _bracketed(evidence: Evidence, ends: Sequence[Ends], paths: str, numeric: bool) -> Evidence:
+    """The evidence with the bracket of its certificates, on those sides that are proved of all its numbers.
+
+    Raises AuditError for a number that does not lie in it, and for a statement with another bracket beside its number.
+    """
+    layout = evidence.value
+    numbers = [] if layout is None else list(flat(layout))
+    if len(ends) != len(numbers) and numeric:
         has = len(numbers) if numbers else "none"
         raise AuditError(f"the theorems of {paths} bound {len(ends)} numbers, the evidence has {has}")
-    return _bracketed(evidence, [_inside(*pair, paths) for pair in zip(numbers, ends, strict=True)], ends)
-
-
-def _statement_bracketed(evidence: Evidence, ends: Sequence[Ends], paths: str) -> Evidence:
-    """A proved statement shows the bracket of its certificates, if any; AuditError if its own does not meet it."""
-    bare = msgspec.structs.replace(evidence, lower=None, upper=None)
-    if evidence.value is None:
-        return bare
-    parts = [evidence.value if part is None else part for part in (evidence.value, evidence.lower, evidence.upper)]
-    numbers, lows, highs = (list(flat(part)) for part in parts)
-    if len(ends) != len(numbers):
-        return bare
+    if len(ends) != len(numbers) or layout is None:
+        return msgspec.structs.replace(evidence, lower=None, upper=None)
+    lows, highs = (flat(layout if numeric or part is None else part) for part in (evidence.lower, evidence.upper))
     for number, low, high, pair in zip(numbers, lows, highs, ends, strict=True):
         # The bracket of its own that reaches nearest to the proved one must meet it.
-        _inside(min(max(_clamped(number, pair), low), high), pair, paths)
-    return _bracketed(evidence, [_clamped(*pair) for pair in zip(numbers, ends, strict=True)], ends)
-
-
-def _bracketed(evidence: Evidence, values: Sequence[float], ends: Sequence[Ends]) -> Evidence:
-    """The evidence with these values and those sides of the bracket that are known of all of them."""
-    layout = evidence.value
-    assert layout is not None
+        nearest = min(max(_clamped(number, pair), low), high)
+        if abs(_clamped(nearest, pair) - nearest) > ROUNDING * max(1.0, abs(nearest)):
+            raise AuditError(f"the theorems of {paths} prove {list(pair)}, and the computed value is {nearest!r}")
+    values = map(_clamped, numbers, ends)
     sides = zip(*ends, strict=True)
     lower, upper = (_shaped(layout, iter(side)) if all(map(math.isfinite, side)) else None for side in sides)
-    return msgspec.structs.replace(evidence, value=_shaped(layout, iter(values)), lower=lower, upper=upper)
+    return msgspec.structs.replace(evidence, value=_shaped(layout, values), lower=lower, upper=upper)
 
 
 def _outward(number: End, towards: float) -> float:
@@ -221,13 +210,6 @@ def _outward(number: End, towards: float) -> float:
         return nearest
     inner = Fraction(nearest) > number if towards < 0 else Fraction(nearest) < number
     return math.nextafter(nearest, towards) if inner else nearest
-
-
-def _inside(number: float, ends: Ends, paths: str) -> float:
-    inside = _clamped(number, ends)
-    if abs(inside - number) > ROUNDING * max(1.0, abs(number)):
-        raise AuditError(f"the theorems of {paths} prove {list(ends)}, and the computed value is {number!r}")
-    return inside
 
 
 def _clamped(number: float, ends: Ends) -> float:
@@ -288,12 +270,8 @@ def match(claim: StatedClaim, evidence: Evidence, certificates: Sequence[Certifi
     missing = [_lacking(predicate, claim, offers) for predicate, holds in decided if holds is None]
     known = {predicate.reading for predicate in claim.says}
     missing += [f"nothing is said under the reading {name}" for name in readings if name not in known]
-    first = claim.says[0]
-    return Match(
-        by_reading=by_reading,
-        difference=_told(missing, by_reading),
-        bounds=_bounds(first.of, first, offers),
-    )
+    bounds = _bounds(claim.says[0].of, claim.says[0], offers)
+    return Match(by_reading=by_reading, difference=_told(missing, by_reading), bounds=bounds)
 
 
 def _all(decided: Sequence[bool | None]) -> bool | None:
@@ -316,11 +294,8 @@ def _told(missing: Sequence[str], by_reading: Mapping[str, bool | None]) -> str:
 
 def _fitting(term: Term, predicate: Predicate, offers: Iterable[Offer]) -> list[Exported]:
     """What is exported of exactly this term, under this reading."""
-    like = term.quantity, term.plant, term.estimators
-    near = (export for _, export in offers if (export.of.quantity, export.of.plant, export.of.estimators) == like)
-    near = (export for export in near if export.unit == predicate.unit and predicate.reading in export.readings)
-    near = (export for export in near if export.of.setting == term.setting)
-    # Settings that are equal may still differ in type.
+    like = predicate.unit, term.quantity, term.setting
+    near = (export for _, export in offers if (export.unit, export.of.quantity, export.of.setting) == like)
     return [export for export in near if not differences(term, predicate.reading, export)]
 
 

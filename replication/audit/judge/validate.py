@@ -120,24 +120,18 @@ def _pins(paper: Paper) -> Iterator[str]:
             yield f"claim {claim.id!r} pins {str(claim.expected)!r} and names no erratum"
         if claim.meant and (claim.erratum is None or not claim.printed):
             yield f"claim {claim.id!r} means {claim.meant!r} in place of a print; it needs that print, and its erratum"
-        yield from _corrections(claim, paper)
-        if claim.optimum and claim.kind is not Kind.VALUE:
-            yield f"claim {claim.id!r} of kind {claim.kind} is said to be an optimum; only a value can be one"
-        if (claim.tolerance is None) != (not claim.tolerance_reason):
-            yield f"claim {claim.id!r} must give tolerance and tolerance_reason together or neither"
-
-
-def _corrections(claim: Claim, paper: Paper) -> Iterator[str]:
-    """Where a claim says what is meant, its erratum must correct the same print to the same."""
-    for erratum in paper.errata:
-        if claim.meant and erratum.id == claim.erratum:
+        for erratum in paper.errata:
             theirs, ours = (erratum.printed, erratum.meant), (claim.printed, claim.meant)
-            if theirs != ours:
+            if claim.meant and erratum.id == claim.erratum and theirs != ours:
                 yield (
                     f"claim {claim.id!r} ({claim.place}) corrects {ours[0]!r} to {ours[1]!r}, and its erratum "
                     f"{erratum.id!r} ({erratum.place}) {theirs[0]!r} to {theirs[1]!r}; look into the text, and take "
                     "both from one entry of printed.toml"
                 )
+        if claim.optimum and claim.kind is not Kind.VALUE:
+            yield f"claim {claim.id!r} of kind {claim.kind} is said to be an optimum; only a value can be one"
+        if (claim.tolerance is None) != (not claim.tolerance_reason):
+            yield f"claim {claim.id!r} must give tolerance and tolerance_reason together or neither"
 
 
 def _readings(paper: Paper) -> Iterator[str]:
@@ -263,9 +257,8 @@ def _paper(paper: Paper, sources: SourceTree) -> Iterator[str]:
 
 
 def _fields(what: str, record: type[msgspec.Struct], declared: Any, where: str) -> Iterator[str]:
-    hints = _hints(record)
     for name, value in shared(record, declared).items():
-        if wrong := _wrong(value, hints[name]):
+        if wrong := _wrong(value, _hints(record)[name]):
             yield f"{what}: {name} is {value!r:.80}; {wrong} [{where}]"
     uses = getattr(declared, "uses", ())
     if not isinstance(uses, tuple | list) or not all(isinstance(name, str) for name in uses):

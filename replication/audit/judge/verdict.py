@@ -7,18 +7,11 @@ from typing import Any
 
 import msgspec
 
-from replication.audit.judge.agreement import Target, judge_bound, judge_uncertain, judge_value
+from replication.audit.judge.agreement import BY_DIGITS, Target, judge_bound, judge_uncertain, judge_value
+from replication.audit.judge.agreement import SMALLEST_PROBABILITY as SMALLEST_PROBABILITY
 from replication.audit.judge.numerals import digits, short
-from replication.audit.judge.policies import (
-    once_corrected,
-    under_some,
-    with_excess,
-    with_inputs,
-    with_own,
-)
+from replication.audit.judge.policies import once_corrected, under_some, with_excess, with_inputs, with_own
 from replication.audit.judge.proofs import with_proofs
-from replication.audit.judge.uncertainty import BY_DIGITS
-from replication.audit.judge.uncertainty import SMALLEST_PROBABILITY as SMALLEST_PROBABILITY
 from replication.audit.model import (
     AGREES,
     DISAGREES,
@@ -35,7 +28,7 @@ from replication.audit.model import (
 )
 from replication.audit.store.cache import require_json
 from replication.audit.store.records import CertificateRecord, ClaimRecord, ErratumRecord, shared
-from replication.errors import AuditError
+from replication.errors import AuditError, one_of
 
 SMALLEST_PROBABILITY_REASON = (
     "A single draw can only be contradicted by being improbable; at this level one true print in a hundred would be."
@@ -58,18 +51,6 @@ class Case:
     target: Target | AuditError | None
     printed: bool = False
 
-    def reading(self, name: str) -> Reading:
-        """The reading of the paper with this name; AuditError if there is none."""
-        if name not in self.readings:
-            raise AuditError(f"the reading {name!r} is not one of the paper's, which are {list(self.readings)}")
-        return self.readings[name]
-
-    @property
-    def rested(self) -> tuple[Reading, ...]:
-        """The readings that the verdict may rest on: that of the claim, and those of its outcomes."""
-        names = [self.claim.reading, *(outcome.reading for outcome in self.evidence.outcomes)]
-        return tuple(self.readings[name] for name in dict.fromkeys(names) if name in self.readings)
-
 
 def judge(
     claim: StatedClaim,
@@ -86,8 +67,9 @@ def judge(
     """
     known = {reading.name: reading for reading in readings}
     case = Case(claim, evidence, erratum, known, target or _target(claim, evidence))
+    rested = {claim.reading, *(outcome.reading for outcome in evidence.outcomes)}
     try:
-        judgement = with_own(claim, case.rested, _judge(case))
+        judgement = with_own(claim, [known[name] for name in known if name in rested], _judge(case))
     except AuditError as error:
         judgement = Judgement(verdict=Verdict.ERROR, reason=str(error))
     untraced = f"Not traced: {', '.join(evidence.untraced)}." if evidence.untraced else ""
@@ -123,7 +105,10 @@ def _judge(case: Case) -> Judgement:
 def _with_erratum(case: Case, erratum: str) -> Judgement:
     """As printed if that agrees; else as corrected, which counts only if the proof of the erratum holds."""
     evidence, meant = case.evidence, case.claim.meant
-    mended = _corrected(case) if meant else case
+    mended = case
+    if meant:
+        claim = msgspec.structs.replace(case.claim, printed=meant)
+        mended = replace(case, claim=claim, target=_target(claim, evidence))
     proof = case.erratum if case.erratum is not None and not case.erratum.error else None
     if _is_slip(proof):
         sentence = f"Read with {erratum}, a slip that may be of the text at hand."
@@ -162,12 +147,6 @@ def _is_slip(proof: ErratumRecord | None) -> bool:
     return proof is not None and proof.scan and proof.holds and not proof.inference
 
 
-def _corrected(case: Case) -> Case:
-    """The case with what must be meant in the place of a misprinted result."""
-    claim = msgspec.structs.replace(case.claim, printed=case.claim.meant)
-    return replace(case, claim=claim, target=_target(claim, case.evidence))
-
-
 def _compares_numbers(claim: StatedClaim) -> bool:
     """Whether the verdict of disagreement is `differs`; that of a statement without a number is `refuted`."""
     return claim.kind in NUMERIC or (claim.kind is Kind.STATISTICAL and bool(claim.printed))
@@ -180,7 +159,7 @@ def _found(case: Case) -> Judgement:
     judgement = _compare(case)
     if case.claim.reading in ("", NO_READING):
         return judgement
-    reading = case.reading(case.claim.reading)
+    reading = case.readings[one_of("reading of the paper", case.claim.reading, case.readings)]
     if case.printed and reading.inference:
         # Chosen with the print in view, it is a part of the correction.
         return judgement
@@ -196,7 +175,8 @@ def _found(case: Case) -> Judgement:
 def _family(case: Case) -> Judgement:
     """The verdict on a claim whose answer is known under each reading of a family."""
     evidence = case.evidence
-    readings = [case.reading(outcome.reading) for outcome in evidence.outcomes]
+    named = (one_of("reading of the paper", outcome.reading, case.readings) for outcome in evidence.outcomes)
+    readings = [case.readings[name] for name in named]
     if len({reading.name for reading in readings}) != len(readings):
         raise AuditError(f"the evidence has two outcomes for one reading: {[reading.name for reading in readings]}")
     _require_fitting(case)
@@ -272,43 +252,32 @@ def _require_fitting(case: Case) -> None:
     """Raise AuditError for what a claim of this kind does not have, and for a number without its reason."""
     claim, evidence, kind = case.claim, case.evidence, case.claim.kind
     threshold, reason, numeric = evidence.threshold, evidence.threshold_reason, kind in NUMERIC
-    unfit = {
-        f"the tolerance {claim.tolerance} has no tolerance_reason; half a printed unit needs none": (
-            claim.tolerance is not None and not claim.tolerance_reason
-        ),
-        f"a claim of kind {kind} has no tolerance, got {claim.tolerance}; leave it out": (
-            claim.tolerance is not None and kind not in (Kind.VALUE, Kind.MATRIX)
-        ),
-        f"a claim of kind {kind} has no uncertainty, got {claim.uncertainty!r}; leave it out": (
-            claim.uncertainty and kind not in (Kind.VALUE, Kind.MATRIX)
-        ),
-        f"a claim of kind {kind} compares no number: neither optimum nor over_inputs": (
-            not numeric and (claim.optimum or evidence.over_inputs is not None)
-        ),
-        f"a claim of kind {kind} has no probability, got {evidence.probability!r}; make it one of kind statistical, or "
-        "say by holds and margin whether the probability is what the text says of it": (
-            kind is not Kind.STATISTICAL and (evidence.probability, evidence.draws) != (None, None)
-        ),
-        f"a claim of kind {kind} compares no number, but {claim.printed!r} is printed and {evidence.value!r} computed; "
-        "make it one of kind value or bound, or leave one of the two out": (
-            kind in (Kind.ORDER, Kind.FEASIBLE) and isinstance(case.target, Target) and evidence.value is not None
-        ),
-        f"the evidence has a threshold_reason and no threshold: {reason!r}; give the number too": (
-            threshold is None and reason
-        ),
-        f"the threshold {threshold!r} has no threshold_reason; say in words why that much is allowed": (
-            threshold is not None and not reason
-        ),
-        f"a claim of kind {kind} has no threshold, got {threshold!r}; it may have a tolerance": (
-            threshold is not None and numeric
-        ),
-        f"the threshold {threshold!r} needs holds and margin, which is threshold minus residual": (
-            threshold is not None and None in (evidence.holds, evidence.margin)
-        ),
-    }
-    for words, wrong in unfit.items():
-        if wrong:
-            raise AuditError(words)
+    if claim.tolerance is not None and not claim.tolerance_reason:
+        raise AuditError(f"the tolerance {claim.tolerance} has no tolerance_reason; half a printed unit needs none")
+    if claim.tolerance is not None and kind not in (Kind.VALUE, Kind.MATRIX):
+        raise AuditError(f"a claim of kind {kind} has no tolerance, got {claim.tolerance}; leave it out")
+    if claim.uncertainty and kind not in (Kind.VALUE, Kind.MATRIX):
+        raise AuditError(f"a claim of kind {kind} has no uncertainty, got {claim.uncertainty!r}; leave it out")
+    if not numeric and (claim.optimum or evidence.over_inputs is not None):
+        raise AuditError(f"a claim of kind {kind} compares no number: neither optimum nor over_inputs")
+    if kind is not Kind.STATISTICAL and (evidence.probability, evidence.draws) != (None, None):
+        raise AuditError(
+            f"a claim of kind {kind} has no probability, got {evidence.probability!r}; make it one of kind "
+            "statistical, or say by holds and margin whether the probability is what the text says of it"
+        )
+    if kind in (Kind.ORDER, Kind.FEASIBLE) and isinstance(case.target, Target) and evidence.value is not None:
+        raise AuditError(
+            f"a claim of kind {kind} compares no number, but {claim.printed!r} is printed and {evidence.value!r} "
+            "computed; make it one of kind value or bound, or leave one of the two out"
+        )
+    if threshold is None and reason:
+        raise AuditError(f"the evidence has a threshold_reason and no threshold: {reason!r}; give the number too")
+    if threshold is not None and not reason:
+        raise AuditError(f"the threshold {threshold!r} has no threshold_reason; say in words why that much is allowed")
+    if threshold is not None and numeric:
+        raise AuditError(f"a claim of kind {kind} has no threshold, got {threshold!r}; it may have a tolerance")
+    if threshold is not None and None in (evidence.holds, evidence.margin):
+        raise AuditError(f"the threshold {threshold!r} needs holds and margin, which is threshold minus residual")
 
 
 def _statement(case: Case) -> Judgement:
@@ -344,7 +313,8 @@ def _statistical(case: Case) -> Judgement:
     clear = probability >= 2 * SMALLEST_PROBABILITY
     text = f"about {short(probability, 1)}" if clear else digits(Fraction(probability), Fraction("0.01"))
     draws = case.evidence.draws
-    if draws is not None and probability <= least_rank(draws):
+    # The two-sided probability of a value beyond all draws.
+    if draws is not None and probability <= 2 / (draws + 1):
         text = f"at most {text}, the least that a rank among {draws} draws can show"
     judgement = Judgement(
         verdict=Verdict.COMPATIBLE if probable else Verdict.DIFFERS,
@@ -356,17 +326,6 @@ def _statistical(case: Case) -> Judgement:
     statement = _statement(case)
     refuted = probable and statement.verdict is Verdict.REFUTED
     return judgement.further(statement.reason, verdict=statement.verdict if refuted else judgement.verdict)
-
-
-def least_rank(draws: int) -> float:
-    """The two-sided probability of a value beyond all of so many draws: what a rank among them shows at least."""
-    return 2 / (draws + 1)
-
-
-OUTCOMES = (
-    'outcomes are a list with one entry for each reading of the paper: [{"reading": "logarithms", "value": 48.3}], or '
-    '{"reading": ..., "holds": True} where no number is printed'
-)
 
 
 def make_record(
@@ -431,7 +390,11 @@ def plain(evidence: Evidence | None) -> Evidence:
         plain = msgspec.convert(fields, Evidence)
     except (TypeError, msgspec.ValidationError) as error:
         if "$.outcomes" in str(error):
-            raise AuditError(f"{error}; {OUTCOMES}") from None
+            raise AuditError(
+                f"{error}; outcomes are a list with one entry for each reading of the paper: "
+                '[{"reading": "logarithms", "value": 48.3}], '
+                'or {"reading": ..., "holds": True} where no number is printed'
+            ) from None
         raise AuditError(f"the evidence is not made of plain numbers: {error}") from None
     require_json("the evidence", fields)
     return plain

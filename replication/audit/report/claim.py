@@ -35,9 +35,6 @@ MEANING = {
 }
 
 
-PROMISES = (Consequence.THEOREM, Consequence.HEADLINE)
-
-
 @dataclass(frozen=True, kw_only=True)
 class Standing:
     """How a paper stands; claims that repeat a number are not counted.
@@ -66,7 +63,7 @@ class Standing:
 def standing(claims: Iterable[ClaimRecord]) -> Standing:
     """How the paper with these claims stands."""
     records = once(tuple(claims))
-    promised = [claim for claim in records if consequence(claim.claim) in PROMISES]
+    promised = [claim for claim in records if consequence(claim.claim) in (Consequence.THEOREM, Consequence.HEADLINE)]
     theorems = [claim for claim in promised if consequence(claim.claim) is Consequence.THEOREM]
     return Standing(
         theorems=len(theorems),

@@ -63,7 +63,6 @@ def _short(number: float) -> str:
 
 
 IMAGINARY = "imaginary part"
-_LADDER = ("Computed", "Lower bound", "Upper bound")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,7 +116,7 @@ class EntryView:
     @property
     def ladder(self) -> tuple[tuple[str, int, str, str], ...]:
         """What stands below each other in the evidence: name, blank columns, digits as in the print, the other ones."""
-        names = ("In digits" if self.literal else "Printed", *_LADDER)
+        names = ("In digits" if self.literal else "Printed", "Computed", "Lower bound", "Upper bound")
         named = zip(names, (self.printed, self.full, self.lower, self.upper), strict=True)
         steps = [(name, digits, numerals.agreement(self.printed, digits)) for name, digits in named if digits]
         widest = max(numerals.places(digits) for _, digits, _ in steps)
@@ -164,8 +163,9 @@ def _band(relation: str, number: Measured) -> Ends:
 def _entry(printed: Printed, number: Measured, band: Ends, span: float) -> EntryView:
     entry, value = number.entry, float(number.value)
     low, high = (number.bracket.low, number.bracket.high) if number.has_bracket else (-math.inf, math.inf)
-    beyond = numerals.CROWDED if _crowded(printed) else numerals.BEYOND
-    head, tail = numerals.at_print(value, entry.unit, beyond, low, high)
+    # Whether several numbers stand in a line of the print.
+    crowded = (len(printed.shape) == 2 and printed.shape[1] > 1) or any(len(cell) == 2 for cell in printed.cells)
+    head, tail = numerals.at_print(value, entry.unit, numerals.CROWDED if crowded else numerals.BEYOND, low, high)
     text = f"{printed.relation}{entry.text}".replace("-", numerals.MINUS)
     sign = tuple("±" if entry.absolute else "" if shown[0] in "+−" else "+" for shown in (text, head))
     inside = within(number, band)
@@ -186,8 +186,3 @@ def _entry(printed: Printed, number: Measured, band: Ends, span: float) -> Entry
         shown=float(f"{head}{tail}".replace(numerals.MINUS, "-")) if tail else value,
         sign=(sign[0], sign[1]) if number.label.startswith(IMAGINARY) else ("", ""),
     )
-
-
-def _crowded(printed: Printed) -> bool:
-    """Whether several numbers stand in a line of the print."""
-    return (len(printed.shape) == 2 and printed.shape[1] > 1) or any(len(cell) == 2 for cell in printed.cells)

@@ -85,10 +85,9 @@ def played(proofs: Mapping[str, Any]) -> dict[str, str]:
         plant = proofs["plants"][entry["wanted"]["plant"]]
         if entry["wanted"]["statement"] == COUNTEREXAMPLE and len(plant["A"]) == 1:
             loop = {name: plant[key][0][0] for name, key in zip("abcKL", "ABCKL", strict=True)}
-            numbers = {
-                key: float(Fraction(value)) for key, value in (loop | {"T": plant["T"], "M": plant["M"]}).items()
-            }
+            loop |= {name: plant[name] for name in "TM"}
             paper = entry["wanted"]["paper"]
+            numbers = {name: float(Fraction(value)) for name, value in loop.items()}
             loops[paper] = json.dumps({"name": f"play-{paper}"} | numbers)
     return loops
 
@@ -103,7 +102,7 @@ def _verified(record: CertificateRecord, root: Path) -> str | None:
 def _prints(record: CertificateRecord, claims: Sequence[ClaimRecord]) -> list[str]:
     """The numbers that the paper prints for what a theorem bounds; each once, however often it is repeated."""
     about = [term.of for term in record.says]
-    numbers = [
+    numbers = (
         claim.claim.printed
         for claim in claims
         if record.path in claim.evidence.certificates
@@ -111,7 +110,7 @@ def _prints(record: CertificateRecord, claims: Sequence[ClaimRecord]) -> list[st
         and claim.claim.kind == "value"
         and all(predicate.relation == "is" and predicate.to == claim.claim.printed for predicate in claim.claim.says)
         and any(predicate.of in about for predicate in claim.claim.says)
-    ]
+    )
     return list(dict.fromkeys(numbers))
 
 
@@ -180,20 +179,19 @@ def _ladder(view: ClaimView, claims: Sequence[ClaimView]) -> Ladder | None:
     inside = box[0] <= ours[0] and ours[1] <= box[1]
     if abs(entry.deviation) > FARTHEST or ours[0] >= ours[1] or (not inside and ours[1] > box[0] and ours[0] < box[1]):
         return None
-    below, above = ours[0] - box[0], box[1] - ours[1]
-    end, gap = (box[0], abs(below)) if abs(below) <= abs(above) else (box[1], abs(above))
-    if not inside:
-        end, gap = (box[0], box[0] - ours[1]) if ours[1] <= box[0] else (box[1], ours[0] - box[1])
+    gap, end = min((max(end - ours[1], ours[0] - end), end) for end in box)
     # Whether it agrees hangs on more than this bracket, such as a second reading: no verdict for a drawing.
     if not gap or inside is (view.record.verdict is Verdict.DIFFERS or bool(view.rounded)):
         return None
+    # With as many digits as show its width.
+    unit = Fraction(10) ** math.floor(math.log10(ours[1] - ours[0]))
     return Ladder(
         view=view,
         entry=entry,
         inside=inside,
         near=float(gap) / float(box[1] - box[0]),
         end=end,
-        bracket=_outward(ours),
+        bracket=(math.floor(ours[0] / unit) * unit, math.ceil(ours[1] / unit) * unit),
         room=_two_digits(gap / (ours[1] - ours[0])),
         rungs=_rungs(box, ours, end),
         beside=tuple(claim for claim in claims if _attains(claim, view)) if view.rounded else (),
@@ -204,12 +202,6 @@ def _attains(view: ClaimView, least: ClaimView) -> bool:
     """Whether a claim of the place of a least level finds the number printed for it, as the printed filter's level."""
     first, second = view.record.claim, least.record.claim
     return (first.place, first.printed) == (second.place, second.printed) and view.record.counted and view.within == 1
-
-
-def _outward(ours: Ends) -> Ends:
-    """The bracket with as many digits as show its width."""
-    unit = Fraction(10) ** math.floor(math.log10(ours[1] - ours[0]))
-    return math.floor(ours[0] / unit) * unit, math.ceil(ours[1] / unit) * unit
 
 
 def _two_digits(number: Fraction) -> int:

@@ -1,15 +1,17 @@
-"""Pages: the report, the difference of two runs, and the register of several projects; each loads nothing.
+"""Pages: the report, and for each paper an article and a sheet of corrections with their data; each loads nothing.
 
-Everything that the page says of a paper comes from the results file; the templates hold words only. The same results
-and figures give the same bytes. The page is the opening, one page per paper (`paper`), then what stands behind the
+Everything that a page says of a paper comes from the results file; the templates hold words only. The same results
+and figures give the same bytes. The report is the opening, one page per paper (`paper`), then what stands behind the
 verdicts (`sections`). The evidence of the claims is packed, and drawn where a reader opens a claim (`evidence`).
 """
 
 import base64
+import csv
 import hashlib
+import io
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,17 +22,14 @@ from replication.audit.publish.linked_data import filled
 from replication.audit.report.claim import MEANING, standings, targets
 from replication.audit.report.evidence import checks, drawings, packed, played
 from replication.audit.report.guard import require_sourced
-from replication.audit.report.opening.field import field
-from replication.audit.report.opening.rows import rows
-from replication.audit.report.opening.told import briefs
+from replication.audit.report.opening import field, rows
 from replication.audit.report.paper import PaperView, paper_view
-from replication.audit.report.sections import sections
-from replication.audit.report.sections.across import across, chart
-from replication.audit.report.templates import environment, source, style_sheet
-from replication.audit.report.words import terms
+from replication.audit.report.sections import across, chart, sections
+from replication.audit.report.templates import environment, source, style_sheet, terms
+from replication.audit.report.told import briefs
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
-from replication.files import write_atomically
+from replication.files import write_atomically, write_directory
 
 UNPRINTED = ("scope", "policies", "tolerances", "sensitivity", "lineage", "experiments")
 """Parts and sections that stand on a screen only; the contents of the print edition leave them out."""
@@ -109,7 +108,7 @@ def _made(
         beside=beside,
         packed=Markup(packed(evidence)),
         certificates=Markup(packed(proofs)) if proofs["entries"] else "",
-        style=Markup(re.sub(r"\n\s+", "\n", style_sheet() + source("check.css"))),
+        style=style_sheet("check.css"),
         drawn=Markup(rules(context["papers"])),
         scripts={name: Markup(code) for name, code in scripts.items()},
         allowed=Markup(" ".join(f"'sha256-{digest}'" for digest in digests)),
@@ -136,3 +135,57 @@ def _require_known(results: ResultsFile) -> None:
             f"the results name papers ({strangers}), claims ({unknown}) or certificates ({missing}) that they do not "
             "hold; make them again with `python -m replication run`"
         )
+
+
+_CLAIMS = ("id", "place", "statement", "printed", "computed", "lower", "upper", "verdict", "proved", "reason", "code")
+_ERRATA = ("id", "place", "printed", "meant", "inference", "holds", "text", "code")
+
+
+def build_articles(results: ResultsFile, figures: Path, directory: Path) -> Path:
+    """Write `KEY.html`, `KEY-corrections.html` and a CSV of each for all papers into `directory`, which holds no more.
+
+    figures: the folder of the drawings. Raises AuditError as `page.render` does; nothing half-written is left.
+    """
+    known = shown(results, figures)
+    files = (file for paper in known["papers"] for file in _files(paper, known))
+    write_directory(directory, {name: text.encode() for name, text in files})
+    return directory
+
+
+def _files(paper: PaperView, known: Mapping[str, Any]) -> Iterable[tuple[str, str]]:
+    """Name and content of the four files on a paper."""
+    key = paper.record.key
+    for end, sheet in (("", False), ("-corrections", True)):
+        yield f"{key}{end}.html", _page(paper, known, sheet=sheet)
+    yield f"{key}.csv", _table(_CLAIMS, (_claim(view.record) for view in paper.claims))
+    yield f"{key}-corrections.csv", _table(_ERRATA, ([getattr(e, name) for name in _ERRATA] for e in paper.errata))
+
+
+def _page(paper: PaperView, known: Mapping[str, Any], *, sheet: bool) -> str:
+    """One page; what the report links to on its own page leads to the report."""
+    template = environment().get_template("article.html.j2")
+    page = template.render(
+        known,
+        paper=paper,
+        sheet=sheet,
+        tabled={c.claim.record.id for t in paper.tables for row in t.rows for c in row if c.claim is not None},
+        root=known["results"].project.sources(known["run"].commit, known["run"].dirty) or "../../",
+        style=style_sheet("article.css"),
+        drawn=Markup("" if sheet else rules([paper])),
+    )
+    return re.sub(r'(<a [^>]*?href=")#(?!top")', r"\1../index.html#", page)
+
+
+def _claim(record: Any) -> list[object]:
+    claim, evidence, judgement = record.claim, record.evidence, record.judgement
+    computed = evidence.value if evidence.value is not None else evidence.holds
+    head = [record.id, claim.place, claim.statement, claim.printed, computed, evidence.lower, evidence.upper]
+    return [*head, record.verdict, judgement.proved, judgement.reason, evidence.code]
+
+
+def _table(header: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(header)
+    writer.writerows(["" if cell is None else cell for cell in row] for row in rows)
+    return text.getvalue()

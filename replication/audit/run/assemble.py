@@ -10,11 +10,10 @@ import msgspec
 
 from replication.audit.data import watched
 from replication.audit.judge.agreement import stands_there
-from replication.audit.judge.numerals import require_short
+from replication.audit.judge.numerals import require_found, require_short
 from replication.audit.judge.policies import same_fact
 from replication.audit.judge.printed import is_print, parse
 from replication.audit.judge.proofs import no_theorem
-from replication.audit.judge.typed import require_found
 from replication.audit.judge.validate import unused_readings
 from replication.audit.judge.verdict import make_record
 from replication.audit.model import Claim, Erratum, Evidence, Experiment, Proof, Verdict

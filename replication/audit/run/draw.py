@@ -15,8 +15,7 @@ from typing import Any
 
 import msgspec
 
-from replication.audit.judge.numerals import require_title
-from replication.audit.judge.typed import require_found
+from replication.audit.judge.numerals import require_found, require_title
 from replication.audit.parts import Figure, FigureData, Paper
 from replication.audit.project import read_settings
 from replication.audit.run.chance import copied

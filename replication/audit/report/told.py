@@ -6,7 +6,7 @@ number rounded as the print is. A card has several sentences, each as short as a
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from replication.audit.brief import Brief
@@ -102,10 +102,15 @@ def _view(paper: PaperRecord, brief: Brief, known: Mapping[str, Target]) -> Brie
     def told(sentence: str, sign: str = "") -> Told:
         return _told(sentence, sign, paper.key, known)
 
+    card = [told(sentence) for sentence in sentences(brief.card)]
     return BriefView(
         verdict=told(brief.verdict, ANYTHING),
         headline=told(brief.headline, ANYTHING),
-        card=_joined(told(sentence) for sentence in sentences(brief.card)),
+        card=Told(
+            parts=tuple(part for text in card for part in (*text.parts, (" ", "")))[:-1],
+            shaken=any(text.shaken for text in card),
+            numbers=tuple(number for text in card for number in text.numbers),
+        ),
         lines=(
             ("What holds", told(brief.holds, HOLDS)),
             ("What to correct", told(brief.correct, FAILS)),
@@ -122,19 +127,8 @@ def sentences(text: str) -> list[str]:
     return _ENDS.split(text)
 
 
-def _joined(texts: Iterable[Told]) -> Told:
-    """Several sentences as one text."""
-    listed = tuple(texts)
-    parts = [part for text in listed for part in (*text.parts, (" ", ""))]
-    return Told(
-        parts=tuple(parts[:-1]),
-        shaken=any(text.shaken for text in listed),
-        numbers=tuple(number for text in listed for number in text.numbers),
-    )
-
-
 def _told(sentence: str, line: str, key: str, known: Mapping[str, Target]) -> Told:
-    filled = {numeral[0]: _filled(numeral[0], numeral.groups(), key, known) for numeral in _NUMBER.finditer(sentence)}
+    filled = {numeral[0]: _filled(numeral, key, known) for numeral in _NUMBER.finditer(sentence)}
     sentence = _NUMBER.sub(lambda numeral: filled[numeral[0]][0], sentence)
     parts: list[tuple[str, str]] = []
     end, shaken = 0, False
@@ -161,11 +155,11 @@ def _target(name: str, key: str, known: Mapping[str, Target]) -> Target:
     return target
 
 
-def _filled(text: str, parts: tuple[str | None, ...], key: str, known: Mapping[str, Target]) -> tuple[str, float]:
-    """What `text` in braces becomes, and the number in it."""
-    name, how, divisor = parts
-    record = _target(name or "", key, known).record
-    refused = AuditError(f"the brief of {key} tells a number as {text}, which has no single one; link it instead")
+def _filled(numeral: re.Match[str], key: str, known: Mapping[str, Target]) -> tuple[str, float]:
+    """What a name in braces becomes, and the number in it."""
+    name, how, divisor = numeral.groups()
+    record = _target(name, key, known).record
+    refused = AuditError(f"the brief of {key} tells a number as {numeral[0]}, which has no single one; link it instead")
     if record is None or isinstance(record.evidence.value, tuple):
         raise refused
     value, lower = record.evidence.value, record.evidence.lower
