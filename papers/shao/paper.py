@@ -1,4 +1,7 @@
-"""The audit of Shao, Yang, Li and Yi: what it covers, in the order of the manuscript, and what it shows."""
+"""The audit of Shao, Yang, Li and Yi: its parts in the order of the manuscript, what leads its page, and its misprints.
+
+Each misprint has the computation behind the correction.
+"""
 
 import math
 from itertools import groupby
@@ -8,18 +11,77 @@ from typing import Any
 from papers._common import Told, common_levels, curve, dots, label, parts_of, signal, ticks
 from papers.shao import printed
 from papers.shao.claims import comparison, orders, table, theory
-from papers.shao.errata import PROOFS
 from papers.shao.experiments.declared import EXPERIMENTS
 from papers.shao.experiments.motor import PREDICTORS
 from papers.shao.experiments.tracking import SEARCH, merged
-from papers.shao.figures import stability, tracking
-from papers.shao.printed import APO, COUNTEREXAMPLE
+from papers.shao.figures import FIGURES
+from papers.shao.printed import APO, COUNTEREXAMPLE, DATA, DESIGN
 from replication.audit.brief import Curve, Draws, Sketch, Traces
-from replication.audit.declare import paper
+from replication.audit.declare import ROUNDING, contrast, paper
 from replication.audit.judge.numerals import at_most, short
 from replication.audit.judge.printed import sensitivities
-from replication.audit.model import Results
+from replication.audit.model import Proof, Results
 from replication.audit.project import about
+
+
+def feedforward_orders(text: str, results: Results) -> Proof:
+    """The corrected feedforward is the inverse of the motor, the printed one is not."""
+    gaps = results["motor"]["inverse_gap"]
+    words = {form: {f"{form}: largest |P ȳ_d/y_d − 1|": gaps[form]} for form in ("corrected", "printed")}
+    return contrast(text, words["corrected"], words["printed"])
+
+
+def mechanical_speed(text: str, results: Results) -> Proof:
+    """The power balance of the motor."""
+    ideal, printed = results["motor"]["torque_constant"], float(DATA["torque_constant"])
+    return Proof(
+        holds=abs(ideal - printed) < ROUNDING, text=text, quantities={"1.5 p Ψ_f": ideal, "printed K_T": printed}
+    )
+
+
+def third_state(text: str, results: Results) -> Proof:
+    """The third state by the printed A."""
+    state = DESIGN.model.A
+    return Proof(
+        holds=bool(state[0, 1] == 1 and state[1, 2] == 1 and abs(state[0]).sum() == 1 and abs(state[1]).sum() == 1),
+        text=text,
+        quantities={"A(2,3)": float(state[1, 2])},
+    )
+
+
+def output_rate(text: str, results: Results) -> Proof:
+    """The shapes of C and ẏ."""
+    rows, columns = DESIGN.model.C.shape
+    return Proof(
+        holds=rows != columns,
+        text=text.format(rows=rows, columns=columns),
+        quantities={"rows of C": rows, "columns of C": columns},
+    )
+
+
+def prediction_error_term(text: str, results: Results) -> Proof:
+    """(14) with |e_p| alone over a long period, and with t − t_k too."""
+    worst, slow = results["bounds"]["worst"], results["bounds"]["slow"]
+    return Proof(
+        holds=slow["modulus"] > 1 >= max(worst["14"], slow["14"]),
+        text=text,
+        quantities={
+            "slow loop, with |e_p|: left over right": slow["modulus"],
+            "slow loop, with |e_p| and t − t_k: left over right": slow["14"],
+            "with |e_p| and t − t_k: largest left over right": worst["14"],
+        },
+    )
+
+
+PROOFS = {
+    "feedforward-orders": feedforward_orders,
+    "mechanical-speed": mechanical_speed,
+    "third-state": third_state,
+    "output-rate": output_rate,
+    "prediction-error-term": prediction_error_term,
+}
+"""By the errata of told.toml."""
+
 
 TOLD = Told.read(__file__, **{f"sigma_{figure}": sigma for figure, sigma in printed.DATA["frequency"].items()})
 STEP_MS = 1000 * COUNTEREXAMPLE.period
@@ -140,7 +202,7 @@ PAPER = paper(
     parts=TOLD.parts(*parts_of(theory, comparison, table, orders)),
     experiments=EXPERIMENTS,
     errata=TOLD.errata(PROOFS),
-    figures=TOLD.figures({**tracking.FIGURES, **stability.FIGURES}),
+    figures=TOLD.figures(FIGURES),
     findings=TOLD.findings(facts),
     brief=BRIEF,
     sensitivity=lambda results: sensitivities(results["sensitivity"]),

@@ -8,7 +8,7 @@ import pytest
 from computed import Computed
 from faults import put, verdict
 
-from papers.okajima2023 import PAPER, errata
+from papers.okajima2023 import PAPER, paper
 from papers.okajima2023.claims import levels
 from papers.okajima2023.claims.blog import longest_gap
 from papers.okajima2023.claims.levels import counterexamples
@@ -128,6 +128,6 @@ def test_a_fault_in_print_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     (erratum,) = (erratum for erratum in PAPER.errata if erratum.id == f"{KEY}.noise-index")
     assert claim.answer({}).holds and erratum.prove({}).holds
     monkeypatch.setattr(levels, "GAINS", gains)
-    monkeypatch.setattr(errata, "PLANT", plant)
+    monkeypatch.setattr(paper, "PLANT", plant)
     assert not claim.answer({}).holds
     assert not erratum.prove({}).holds
