@@ -9,7 +9,7 @@ from papers._common import by_margin
 from papers.shao import printed
 from papers.shao.experiments.tracking import SEARCH, merged
 from papers.shao.method.motor import ReferenceTiming
-from papers.shao.method.search import Near, reading_of
+from papers.shao.method.readings import Near, reading_of
 from papers.shao.printed import COLUMNS, LABELS, SINGLE_RATES
 from replication.audit.declare import Part
 from replication.audit.model import Evidence, Outcome, Results

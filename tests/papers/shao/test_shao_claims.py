@@ -21,8 +21,7 @@ from papers.shao.claims.orders import ordering_counts, where_larger
 from papers.shao.experiments import motor as motor_experiments
 from papers.shao.experiments.tracking import SEARCH, _energy, _over_windows, table_columns
 from papers.shao.method.lyapunov import prediction_gap, rate_gap
-from papers.shao.method.readings import windowed_errors
-from papers.shao.method.search import search_block
+from papers.shao.method.readings import search_block, windowed_errors
 from papers.shao.printed import APO, COLUMNS, DESIGN, PMI, READINGS, START
 from replication.audit.model import NO_READING, Verdict
 from replication.estimation.dualrate.problem import make_plant

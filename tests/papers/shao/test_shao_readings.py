@@ -6,8 +6,19 @@ import numpy as np
 import pytest
 import scipy.signal
 
-from papers.shao.method.readings import STRUCTURES, Reading, ReadingSpace, Start, Structure, current, error_ratios
-from papers.shao.method.search import Column, merge, reading_of, search_block
+from papers.shao.method.readings import (
+    STRUCTURES,
+    Column,
+    Reading,
+    ReadingSpace,
+    Start,
+    Structure,
+    current,
+    error_ratios,
+    merge,
+    reading_of,
+    search_block,
+)
 from papers.shao.printed import DESIGN, MOTOR, START, literal_loop
 from replication.estimation.dualrate.loop import close_loop, monodromy, stability_radius
 from replication.estimation.dualrate.observers import OBSERVERS
