@@ -1,4 +1,4 @@
-"""The audit of the nonuniform-sampling paper: its parts in the order of the text, what leads its page, and its misprints.
+"""The audit of the nonuniform-sampling paper: its parts in the order of the text, what leads its page, its misprints.
 
 Each misprint has the computation that shows what must be meant.
 """
@@ -10,8 +10,7 @@ from papers._common import MINCX, POSITION, Proofs, Told, common_levels, curve, 
 from papers.mustafa.claims import algorithm, examples, guarantees, main_results, preliminaries
 from papers.mustafa.claims.preliminaries import covers_as_step_3_prints, down, on_motor, printed_runs, times, up
 from papers.mustafa.experiments.declared import EXPERIMENTS, LIMIT, TRIED
-from papers.mustafa.experiments.draws import LAWS
-from papers.mustafa.experiments.levels import ABOVE, IRREGULAR
+from papers.mustafa.experiments.levels import ABOVE, IRREGULAR, LAWS
 from papers.mustafa.figures import FIGURES
 from papers.mustafa.method import AS_PRINTED, CORRECT, Step4
 from papers.mustafa.printed import DATA, EXAMPLES, GAMMA, example, middle, printed_filter, sizes, upper_end

@@ -238,9 +238,6 @@ def upper_half(poles: npt.NDArray[np.inexact[Any]]) -> list[list[float]]:
     return [[float(p.real), float(p.imag)] for p in upper]
 
 
-Json = dict[str, Any]
-Matrix = list[list[float]]
-
 STEP = 0.5
 """Step of the entries of B_d that are tried."""
 RATIOS = (0.5, 1.0, 2.0)

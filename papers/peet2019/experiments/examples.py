@@ -6,6 +6,8 @@ from typing import Any
 import numpy as np
 
 from papers.peet2019.method import chebyshev_model, lmi_gain, open_loop_gain, pade_model, riccati_gain, without_noise
+from replication.audit.judge.numerals import layout
+from replication.audit.judge.printed import Parameters, spread
 from replication.estimation.conic.program import Program, Solution, solve_clarabel
 from replication.estimation.conic.sdpa import ENDLESS, SdpaOptions, one_process
 from replication.estimation.delay.plant import DelayPlant, delay_system
@@ -295,3 +297,19 @@ def on_common_plant(plant: dict[str, Any], multiples: list[int], degree: int) ->
             least = minimum_gain(delay_system(a0, [coupling], [(m - 1) * float(h)], b, c1, c2), degree)
             levels.append([least.lower, least.gamma])
     return levels
+
+
+def pade_level(plant: dict[str, Any], order: int, claim: str) -> dict[str, Any]:
+    """The Riccati gain of the Padé model of `plant`; moved are A_0, A_i and the delays."""
+    delays = {f"tau_{i + 1}": f"{tau:g}" for i, tau in enumerate(plant["delays"])}
+    blocks = {
+        f"A_{i}": layout(tuple(map(tuple, block)), "{:g}".format) for i, block in enumerate([plant["a0"], *plant["a"]])
+    }
+
+    def compute(numbers: Parameters) -> dict[str, float]:
+        a0, *delayed = (numbers[name] for name in blocks)
+        taus = [numbers[name] for name in delays]
+        moved = delay_system(a0, delayed, taus, plant["b"], plant["c10"], plant["c2"])
+        return {claim: float(riccati_gain(pade_model(moved, order)))}
+
+    return spread({**blocks, **delays}, compute)

@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 
 from papers.shao import printed
-from papers.shao.experiments.motor import radius
+from papers.shao.experiments.theorem import radius
 from papers.shao.method.motor import bandwidth, estimation_error_ratio, estimation_lag, simulate, transient_energy
 from papers.shao.method.readings import (
     STRUCTURES,
