@@ -47,7 +47,7 @@ INPUTS: dict[str, Any] = {"plant": PLANT, "multiples": list(MULTIPLES)}
 Maker = Callable[[Mapping[str, Any]], dict[str, Any]]
 
 
-def certificate(paper: str, name: str, makers: Mapping[str, Maker]) -> dict[str, Any]:
+def certificate(paper: str, makers: Mapping[str, Maker], name: str) -> dict[str, Any]:
     """The certificate of one entry of theorems.json; makers: by statement, what finds `bound` or `witness` or both.
 
     What has no maker the verifier decides by itself, in exact arithmetic or in letters.
