@@ -229,6 +229,6 @@ PAPER = paper(
     figures=TOLD.figures(FIGURES),
     findings=TOLD.findings(facts),
     brief=BRIEF,
-    common=lambda results: common_levels(IRREGULAR, results["common"], f"l2 {POSITION}", TRIED),
+    common=lambda results: common_levels(f"l2 {POSITION}", {IRREGULAR: results["common"]}, TRIED),
     sensitivity=lambda results: tuple(move for e in EXAMPLES for move in sensitivities(results[f"sensitivity.{e}"])),
 )

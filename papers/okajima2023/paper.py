@@ -210,10 +210,8 @@ PAPER = paper(
     figures=TOLD.figures(FIGURES),
     findings=TOLD.findings(facts),
     brief=BRIEF,
-    common=lambda results: tuple(
-        row
-        for sensor, name in ((SLOW, "slow"), (LATE, "late"))
-        for row in common_levels(sensor, results["common"][name], f"l2 {POSITION}")
+    common=lambda results: common_levels(
+        f"l2 {POSITION}", {SLOW: results["common"]["slow"], LATE: results["common"]["late"]}
     ),
     sensitivity=lambda results: sensitivities(results["sensitivity"]),
 )

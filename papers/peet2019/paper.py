@@ -246,7 +246,7 @@ PAPER = paper(
     figures=TOLD.figures(FIGURES),
     findings=TOLD.findings(facts),
     brief=BRIEF,
-    common=lambda results: common_levels(LATE, results["common"], f"L2 {POSITION}"),
+    common=lambda results: common_levels(f"L2 {POSITION}", {LATE: results["common"]}),
     sensitivity=lambda results: tuple(
         move for example in MOVED for move in sensitivities(results[f"sensitivity.ex{example}"])
     ),

@@ -240,9 +240,8 @@ PAPER = paper(
     findings=TOLD.findings(facts),
     brief=BRIEF,
     sensitivity=lambda results: sensitivities(results["sensitivity"]),
-    common=lambda results: tuple(
-        row
-        for name, sensor in PREDICTORS.items()
-        for row in common_levels(sensor, [(e, e) for e in results["common"][name]], "noise to position in closed loop")
+    common=lambda results: common_levels(
+        "noise to position in closed loop",
+        {sensor: [(e, e) for e in results["common"][name]] for name, sensor in PREDICTORS.items()},
     ),
 )

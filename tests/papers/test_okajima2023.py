@@ -17,8 +17,7 @@ from papers.okajima2023.experiments.declared import (
     both,
 )
 from papers.okajima2023.experiments.designs import build, constant_matrix, norm_of_gains, of_filters
-from papers.okajima2023.experiments.identities import summation
-from papers.okajima2023.experiments.simulations import tail_probability, timing_draws
+from papers.okajima2023.experiments.simulations import summation, tail_probability, timing_draws
 from papers.okajima2023.printed import DATA, GAINS, PLANT, poles
 from replication.audit.model import Verdict
 from replication.audit.run.runner import Outcome

@@ -1,6 +1,7 @@
 """Computations behind Examples 1-3 and Fig. 1; functions of JSON values that return JSON values."""
 
 from dataclasses import asdict, fields, replace
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -219,16 +220,11 @@ def fig_1(plant: Json, level: float, degree: int, epsilon: float, samples: int, 
         times = np.linspace(0.0, horizon, samples)
         return simulate(error, times, np.outer(np.sinc((times - centre) / unit), channels), system.states)
 
-    settings: list[Json] = [
-        {"unit": unit, "centre": centre, "horizon": horizon, "channels": channels}
-        for unit in (1.0, float(np.pi))
-        for centre in (0.0, 1.0, 5.0, 10.0)
-        for horizon in (10.0, 20.0, 40.0)
-        for channels in ((1.0, 1.0), (1.0, 0.0), (0.0, 1.0))
-    ]
+    channels = (1.0, 1.0), (1.0, 0.0), (0.0, 1.0)
+    settings = product((1.0, float(np.pi)), (0.0, 1.0, 5.0, 10.0), (10.0, 20.0, 40.0), channels)
     simulation = run(1.0, 1.0, 20.0, (1.0, 1.0))
     return {
-        "scan": [{**setting, "gain": run(**setting).gain} for setting in settings],
+        "scan": [run(*setting).gain for setting in settings],
         "level": level,
         "t": simulation.times.tolist(),
         "w": simulation.disturbance[:, 0].tolist(),

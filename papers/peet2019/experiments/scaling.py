@@ -66,7 +66,6 @@ def _solved(task: Program, level: float | None, options: SdpaOptions) -> tuple[J
     record = {
         "gamma": float(solution.linear[0]) if level is None else level,
         "equalities": task.a.shape[0],
-        "blocks": list(task.blocks),
         "solver": solution.report.to_dict(),
     }
     return record, solution
