@@ -8,7 +8,7 @@ import numpy as np
 from benchmarks.clock import median_times
 from papers.shao.experiments.tracking import table_columns
 from papers.shao.method.motor import simulate
-from papers.shao.method.search import search_block
+from papers.shao.method.readings import search_block
 from papers.shao.printed import APO, DESIGN, FREQUENCIES, PMI, READINGS, START, literal_loop, table_1
 from replication.estimation.dualrate.loop import reference, stability_radius, time_response, tracking_error_ratio
 

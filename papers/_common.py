@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 import tomllib
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial, wraps
 from pathlib import Path
@@ -47,7 +47,7 @@ INPUTS: dict[str, Any] = {"plant": PLANT, "multiples": list(MULTIPLES)}
 Maker = Callable[[Mapping[str, Any]], dict[str, Any]]
 
 
-def certificate(paper: str, name: str, makers: Mapping[str, Maker]) -> dict[str, Any]:
+def certificate(paper: str, makers: Mapping[str, Maker], name: str) -> dict[str, Any]:
     """The certificate of one entry of theorems.json; makers: by statement, what finds `bound` or `witness` or both.
 
     What has no maker the verifier decides by itself, in exact arithmetic or in letters.
@@ -62,12 +62,14 @@ POSITION = "gain from force and noise to the position's error"
 
 
 def common_levels(
-    sensor: str, brackets: Iterable[tuple[float, float]], measure: str, multiples: Iterable[int] = MULTIPLES
+    measure: str, sensors: Mapping[str, Iterable[tuple[float, float]]], multiples: Sequence[int] = MULTIPLES
 ) -> tuple[CommonLevel, ...]:
-    """The rows of the report on one sensor, a bracket for each multiple; none where a loop is unstable."""
-    rows = [(m, ends) for m, ends in zip(multiples, brackets, strict=True) if ends[0] is not None]
+    """The rows of the report, by sensor a bracket for each multiple; none where a loop is unstable."""
     return tuple(
-        CommonLevel(sensor=sensor, multiple=m, lower=low, upper=high, measure=measure) for m, (low, high) in rows
+        CommonLevel(sensor=sensor, multiple=m, lower=low, upper=high, measure=measure)
+        for sensor, brackets in sensors.items()
+        for m, (low, high) in zip(multiples, brackets, strict=True)
+        if low is not None
     )
 
 

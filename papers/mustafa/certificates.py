@@ -51,11 +51,6 @@ COARSE_BITS = 20
 """Of vectors, which need not be exact."""
 
 
-def make(name: str) -> Json:
-    """The certificate of one entry of theorems.json."""
-    return certificate("mustafa", name, MAKERS)
-
-
 def gain_upper(theorem: Theorem) -> Json:
     """With the effort of the experiment that brackets the same gain."""
     return nonuniform.gain_upper(theorem, **_effort(theorem["name"], "leaves", "cuts"))
@@ -233,3 +228,5 @@ MAKERS: Mapping[str, Maker] = {
     "meets-condition-8": one_element,
     "same-level": same_level,
 }
+make = partial(certificate, "mustafa", MAKERS)
+"""The certificate of one entry of theorems.json."""

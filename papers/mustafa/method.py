@@ -64,11 +64,9 @@ def small_gain_alpha(plant: SampledPlant, h: float) -> float:
 
 def delta_block(plant: SampledPlant, theta: float) -> Array:
     """Delta(theta) = int_0^theta e^{tA} dt of Lemma 2, for theta of either sign; equals A^-1 (e^{theta A} - I)."""
-    from scipy.linalg import expm  # slow to load
-
     n = plant.order
     generator = np.block([[plant.A, np.eye(n)], [np.zeros((n, 2 * n))]])
-    return np.asarray(expm(theta * generator)[:n, n:])
+    return np.asarray(scipy.linalg.expm(theta * generator)[:n, n:])
 
 
 def covered_interval(plant: SampledPlant, h: float, gain: float, upper: UpperEnd = UpperEnd.CORRECTED) -> Interval:

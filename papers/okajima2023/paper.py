@@ -1,4 +1,7 @@
-"""The audit of Okajima, Hosoe and Hagiwara (2023): parts, tables, formulas and what the paper is."""
+"""The audit of Okajima, Hosoe and Hagiwara (2023): its parts, what leads its page, and what is misprinted.
+
+Each misprint has the computation that shows what must be meant.
+"""
 
 from collections.abc import Iterator
 from fractions import Fraction
@@ -7,8 +10,8 @@ from typing import Any
 from papers._common import FIRST, LAST, MINCX, POSITION, Told, common_levels, curve, dots, label, parts_of, signal
 from papers.okajima2023.claims import blog, levels, simulation, theorems, unstable
 from papers.okajima2023.claims.levels import counterexamples
-from papers.okajima2023.claims.simulation import AS_PRINTED, G_SIM, all_draws
-from papers.okajima2023.errata import PROOFS
+from papers.okajima2023.claims.simulation import ALL_NOISE, AS_PRINTED, G_SIM, READING_OF, all_draws
+from papers.okajima2023.claims.unstable import ALL_DIAGONALS, PRINTED, RECOVERED, radius_of
 from papers.okajima2023.experiments.declared import (
     DIAGONAL_STEP,
     EXPERIMENTS,
@@ -20,13 +23,84 @@ from papers.okajima2023.experiments.declared import (
 from papers.okajima2023.experiments.designs import LATE, SLOW
 from papers.okajima2023.figures import FIGURES
 from papers.okajima2023.method.recovery import DIAGONAL_RANGE
-from papers.okajima2023.printed import TABLE_1
+from papers.okajima2023.printed import PLANT, TABLE_1
 from replication.audit.brief import Draws, Entries, Sketch, Stroke
 from replication.audit.declare import paper
 from replication.audit.judge.numerals import short
 from replication.audit.judge.printed import sensitivities
-from replication.audit.model import Results
+from replication.audit.judge.verdict import SMALLEST_PROBABILITY
+from replication.audit.model import Proof, Results
 from replication.audit.project import about
+
+
+def denominator(text: str, results: Results) -> Proof:
+    """Which readings of the denominator of eq. (34) make all four printed values possible."""
+    record = all_draws(results)
+    cases = record["cases"]
+    least = {what: min(case["readings"][what]["probability"] for case in cases.values()) for what in READING_OF}
+    possible = [what for what, probability in least.items() if probability >= SMALLEST_PROBABILITY]
+    return Proof(
+        holds=possible == [ALL_NOISE]
+        and all(case["readings"][AS_PRINTED]["percentiles"]["0.0"] > G_SIM[name] for name, case in cases.items()),
+        text=text.format(draws=record["seeds"], readings=len(READING_OF)),
+        quantities={f"least probability of the four, {what}": probability for what, probability in least.items()},
+    )
+
+
+def diagonal(text: str, results: Results) -> Proof:
+    """The diagonals of A that have the stated poles: one on a grid, and all real ones that have them exactly."""
+    state = results[RECOVERED]["state"]
+    _, second = results[ALL_DIAGONALS]["found"]
+    literal = results[PRINTED]["poles"]
+    return Proof(
+        holds=len(state["fits"]) == 1 and not second["fits"],
+        text=text.format(
+            tried=state["tried"],
+            step=state["step"],
+            low=DIAGONAL_RANGE[0],
+            high=DIAGONAL_RANGE[1],
+            fit=tuple(state["fits"][0]),
+            other=", ".join(f"{entry:.4f}" for entry in second["diagonal"]),
+            bound=results[ALL_DIAGONALS]["bound"],
+        ),
+        quantities={
+            **{f"modulus of pole {i + 1} of A as printed": abs(complex(*pole)) for i, pole in enumerate(literal)},
+            "growth of the error per six instants, A as printed and gains (42)": radius_of(
+                results[PRINTED]["error_poles"]
+            ),
+        },
+    )
+
+
+def sensor_index(text: str, results: Results) -> Proof:
+    """S_k C needs as many rows and columns in S_k as there are sensors; the example has fewer sensors than states."""
+    columns = len(results["schedule.sec-4a"]["diagonals"][0])
+    states, sensors = len(PLANT["A"]), len(PLANT["C"])
+    return Proof(
+        holds=columns == sensors and columns != states,
+        text=text,
+        quantities={"sensors": sensors, "states": states, "entries of the diagonal of S_k in Sec. IV-A": columns},
+    )
+
+
+def noise_index(text: str, results: Results) -> Proof:
+    """The second diagonal entry of D has the indices (2, 2); the entry (1, 2) of the example's D is zero."""
+    D = PLANT["D"]
+    return Proof(
+        holds=D[0][1] == 0 and D[1][1] != 0,
+        text=text,
+        quantities={"entry (1, 2) of D in Sec. IV-A": D[0][1], "entry (2, 2)": D[1][1]},
+    )
+
+
+PROOFS = {
+    "denominator": denominator,
+    "diagonal-of-a": diagonal,
+    "sensor-index": sensor_index,
+    "noise-index": noise_index,
+}
+"""By the errata of told.toml."""
+
 
 STEP = 24
 FIRST_SENSOR, SECOND_SENSOR = range(22, LAST, 2 * STEP), range(22, LAST, 3 * STEP)
@@ -136,10 +210,8 @@ PAPER = paper(
     figures=TOLD.figures(FIGURES),
     findings=TOLD.findings(facts),
     brief=BRIEF,
-    common=lambda results: tuple(
-        row
-        for sensor, name in ((SLOW, "slow"), (LATE, "late"))
-        for row in common_levels(sensor, results["common"][name], f"l2 {POSITION}")
+    common=lambda results: common_levels(
+        f"l2 {POSITION}", {SLOW: results["common"]["slow"], LATE: results["common"]["late"]}
     ),
     sensitivity=lambda results: sensitivities(results["sensitivity"]),
 )

@@ -1,6 +1,6 @@
 """Makes the certificates of the wanted theorems of this paper."""
 
-from typing import Any
+from functools import partial
 
 from papers._common import certificate
 from papers.peet2019.experiments.scaling import SMALL_LEVEL
@@ -32,8 +32,5 @@ MAKERS = {
     "pade-lower": delay.pade_lower,
     "unstable": delay.unstable,
 }
-
-
-def make(name: str) -> dict[str, Any]:
-    """The certificate of one entry of theorems.json."""
-    return certificate("peet2019", name, MAKERS)
+make = partial(certificate, "peet2019", MAKERS)
+"""The certificate of one entry of theorems.json."""

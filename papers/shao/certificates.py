@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 from papers._common import Maker, certificate
@@ -19,11 +20,6 @@ DESIGNS = {
     **{f"scalar-{ratio}": replace(COUNTEREXAMPLE, ratio=ratio) for ratio in LONGER},
 }
 Theorem = Mapping[str, Any]
-
-
-def make(name: str) -> dict[str, Any]:
-    """The certificate of one entry of theorems.json."""
-    return certificate("shao", name, MAKERS)
 
 
 def _loop(theorem: Theorem) -> DualRateLoop:
@@ -68,3 +64,5 @@ MAKERS: Mapping[str, Maker] = {
     "no-bounded-error": lambda theorem: dualrate.excited(_loop(theorem)),
     "tracking-errors": _errors,
 }
+make = partial(certificate, "shao", MAKERS)
+"""The certificate of one entry of theorems.json."""

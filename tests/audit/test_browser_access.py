@@ -17,8 +17,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from test_checkers import certified
 
-from papers.shao.experiments.motor import radius
-from papers.shao.method.lyapunov import theorem_constants
+from papers.shao.experiments.theorem import radius, theorem_constants
 from papers.shao.method.motor import simulate
 from papers.shao.printed import APO, COUNTEREXAMPLE, FAST, RESTARTED
 from replication.audit.report.evidence import checks, played

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from papers.mustafa import PAPER, certificates
-from papers.mustafa.experiments.covering import _modal, condition
-from papers.mustafa.experiments.identities import identities
 from papers.mustafa.experiments.levels import grids, level_curve, nominal, problem, subject
+from papers.mustafa.experiments.small_gain import _modal, condition, identities
 from papers.mustafa.method import (
     AS_PRINTED,
     CORRECT,

@@ -8,7 +8,7 @@ import pytest
 from computed import Computed
 from faults import put, verdict
 
-from papers.okajima2023 import PAPER, errata
+from papers.okajima2023 import PAPER, paper
 from papers.okajima2023.claims import levels
 from papers.okajima2023.claims.blog import longest_gap
 from papers.okajima2023.claims.levels import counterexamples
@@ -17,8 +17,7 @@ from papers.okajima2023.experiments.declared import (
     both,
 )
 from papers.okajima2023.experiments.designs import build, constant_matrix, norm_of_gains, of_filters
-from papers.okajima2023.experiments.identities import summation
-from papers.okajima2023.experiments.simulations import tail_probability, timing_draws
+from papers.okajima2023.experiments.simulations import summation, tail_probability, timing_draws
 from papers.okajima2023.printed import DATA, GAINS, PLANT, poles
 from replication.audit.model import Verdict
 from replication.audit.run.runner import Outcome
@@ -128,6 +127,6 @@ def test_a_fault_in_print_is_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     (erratum,) = (erratum for erratum in PAPER.errata if erratum.id == f"{KEY}.noise-index")
     assert claim.answer({}).holds and erratum.prove({}).holds
     monkeypatch.setattr(levels, "GAINS", gains)
-    monkeypatch.setattr(errata, "PLANT", plant)
+    monkeypatch.setattr(paper, "PLANT", plant)
     assert not claim.answer({}).holds
     assert not erratum.prove({}).holds

@@ -8,11 +8,11 @@ import pytest
 from papers.okajima2023 import certificates
 from papers.okajima2023.experiments.declared import EXPERIMENTS, HALF_UNIT_OF_POLES
 from papers.okajima2023.experiments.unstable import any_entries
-from papers.okajima2023.method.central_path import central_path
-from papers.okajima2023.method.input_recovery import recover_inputs
+from papers.okajima2023.method.lmi import central_path
 from papers.okajima2023.method.recovery import (
     error_poles,
     exact_diagonals,
+    recover_inputs,
     recover_outputs,
     recover_poles,
     with_diagonal,

@@ -11,11 +11,10 @@ from papers.peet2019 import PAPER
 from papers.peet2019.claims.cost import largest_ratio, printed_seconds
 from papers.peet2019.claims.gains import attained
 from papers.peet2019.claims.theory import GROUPS, OF_OUR_COPY
-from papers.peet2019.experiments import scaling
+from papers.peet2019.experiments import identities, scaling
 from papers.peet2019.experiments.declared import OFF_THE_PRINT
 from papers.peet2019.experiments.examples import as_printed, refuted, synthesised
-from papers.peet2019.experiments.finite import N, lmi_3, matrix_3
-from papers.peet2019.experiments.identities import DELAYS, MISPRINTS, Poly, coercive, sample, storage
+from papers.peet2019.experiments.identities import DELAYS, MISPRINTS, N, Poly, coercive, matrix_3, sample, storage
 from papers.peet2019.experiments.readings import HOUSE, READINGS, Rule, attainable, blocks_of, inside
 from papers.peet2019.printed import COLUMNS, DATA, DELAY_COUNTS, EXAMPLES, STATES, published
 from replication.estimation.delay import delay_system
@@ -50,8 +49,8 @@ def test_a_wrong_term_in_lmi_3_is_found_out(monkeypatch: pytest.MonkeyPatch) -> 
         matrix[:N, N:] *= 0.9
         return matrix
 
-    monkeypatch.setattr("papers.peet2019.experiments.finite.matrix_3", smaller)
-    found = lmi_3(10, 5)
+    monkeypatch.setattr("papers.peet2019.experiments.identities.matrix_3", smaller)
+    found = identities.lmi_3(10, 5)
     assert found["largest"] > 1.0 and found["form"] > 1e-3
 
 

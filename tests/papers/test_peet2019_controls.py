@@ -53,7 +53,7 @@ def agreeing() -> Results:
         },
         "hats": {"norm": 2.0, "level": 1.0, "all_gains": 0.9},
         "printed-signs": {"0.001": {"refuted": True}},
-        "fig1": {"scan": [{"gain": 0.5}, {"gain": 1.0}], "level": 2.33, "gain": 1.0, "lumped": 1.001, "solver": SOLVER},
+        "fig1": {"scan": [0.5, 1.0], "level": 2.33, "gain": 1.0, "lumped": 1.001, "solver": SOLVER},
         "roots": {
             "roots": {f"{value:g}": {"largest": value, "smallest": value} for value in (-1.0, 1.0, 8.0)},
             "growth": [0, 1],

@@ -11,7 +11,7 @@ import scipy.linalg
 from flint import acb, acb_mat, acb_poly, arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
 from tampered import Altered, Certificate, Tamper, check_stated, committed, own, put, refused
 
-from papers.shao.method.lyapunov import theorem_constants
+from papers.shao.experiments.theorem import theorem_constants
 from papers.shao.printed import COUNTEREXAMPLE, DESIGN
 from replication.estimation.dualrate.loop import close_loop, monodromy
 from replication.estimation.dualrate.observers import OBSERVERS

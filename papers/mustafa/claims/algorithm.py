@@ -135,6 +135,9 @@ def condition_8(e: int, results: Results) -> Evidence:
 
 
 for e, with_grid, with_8 in ((1, "differs", "refuted"), (2, "compatible", "consistent")):
+    allowed = [
+        Predicate(of=term("condition (8)", f"example-{e}"), reading=kind) for kind in (CONSTANT_CHANGE, ANY_CHANGE)
+    ]
     ALGORITHM_1.feasible(
         f"algorithm.{e}",
         place=f"Algorithm 1; eq. (9), case U3; {GAMMA[e].place}",
@@ -152,13 +155,7 @@ for e, with_grid, with_8 in ((1, "differs", "refuted"), (2, "compatible", "consi
         pinned=with_grid,
         reading=BOUND_9,
         # Where an element covers what (8) allows, the algorithm ends with the first one if (8) holds over the range.
-        says=[
-            term("elements of the grid", f"example-{e}"),
-            *(
-                Predicate(of=term("condition (8)", f"example-{e}"), reading=kind)
-                for kind in (CONSTANT_CHANGE, ANY_CHANGE)
-            ),
-        ],
+        says=[term("elements of the grid", f"example-{e}"), *allowed],
     )(partial(grid_size, e))
     ALGORITHM_1.feasible(
         f"condition-8.{e}",
@@ -168,9 +165,7 @@ for e, with_grid, with_8 in ((1, "differs", "refuted"), (2, "compatible", "consi
         erratum=SLIP[e],
         pinned=with_8,
         reading=CONSTANT_CHANGE,
-        says=[
-            Predicate(of=term("condition (8)", f"example-{e}"), reading=kind) for kind in (CONSTANT_CHANGE, ANY_CHANGE)
-        ],
+        says=allowed,
     )(partial(condition_8, e))
 
 

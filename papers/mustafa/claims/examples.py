@@ -6,7 +6,7 @@ from typing import Any
 from papers._common import outcomes_of, solvers
 from papers.mustafa.claims.guarantees import MIDDLE, where_it_holds
 from papers.mustafa.claims.preliminaries import FILTER, MISNAMED, SLIP
-from papers.mustafa.experiments.draws import LAWS
+from papers.mustafa.experiments.levels import LAWS
 from papers.mustafa.printed import DATA, GAMMA
 from replication.audit.declare import Part, number, positive
 from replication.audit.model import NO_READING, Evidence, Results

@@ -5,16 +5,7 @@ from functools import partial
 
 from papers._common import solvers
 from papers.mustafa.claims.algorithm import ALGORITHM_1, CORRECTED_GRID
-from papers.mustafa.claims.preliminaries import (
-    FILTER,
-    SLIP,
-    WITH_SIZE,
-    WITH_U3,
-    down,
-    no_grid,
-    stable_room,
-    up,
-)
+from papers.mustafa.claims.preliminaries import FILTER, SLIP, WITH_SIZE, WITH_U3, down, no_grid, stable_room, up
 from papers.mustafa.printed import EXAMPLES, GAMMA, upper_end
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Outcome, Results

@@ -5,15 +5,7 @@ from functools import partial
 from msgspec.structs import replace
 
 from papers.mustafa.claims.guarantees import STABLE
-from papers.mustafa.claims.preliminaries import (
-    FILTER,
-    MISNAMED,
-    SLIP,
-    for_both,
-    identity,
-    stable_room,
-    up,
-)
+from papers.mustafa.claims.preliminaries import FILTER, MISNAMED, SLIP, for_both, identity, stable_room, up
 from papers.mustafa.method import CORRECT
 from papers.mustafa.printed import EXAMPLES, GAMMA, example, sizes
 from replication.audit.declare import ROUNDING, Part, positive, rounded
@@ -24,10 +16,6 @@ THEOREM_1 = Part("Sec. III, condition (8); Theorem 1, eq. (9), cases L3 and U3; 
 THEOREM_2 = Part("Theorem 2, what it concludes")
 THEOREM_3 = Part("Theorem 3, eqs. (10) and (11)", reading=NO_READING)
 
-CONDITIONS = tuple(f"condition.{e}" for e in EXAMPLES)
-GRIDS = tuple(f"grids.{e}" for e in EXAMPLES)
-BRACKETS = tuple(f"bracket.{e}" for e in EXAMPLES)
-OWN_GRIDS = tuple(f"own-grid.{e}" for e in EXAMPLES)
 AT_ELEMENTS = 1e-6
 """A level that a solver finds is held to this, relatively, at the elements."""
 
@@ -186,11 +174,11 @@ for part, name, place, statement in (
 )
 def small_gain_is_required(results: Results) -> Evidence:
     """To ensure stability (8) is required: where it holds, the error system is stable."""
-    rooms = [stable_room(e, results) for e in EXAMPLES]
+    rooms = {e: stable_room(e, results) for e in EXAMPLES}
     # Stability without (8), in the coordinates that favour it most, shows that it is not necessary.
-    breaks = max(results[name]["modal"] for name, room in zip(CONDITIONS, rooms, strict=True) if room > 0) - 1
+    breaks = max(results[f"condition.{e}"]["modal"] for e, room in rooms.items() if room > 0) - 1
     return positive(
-        min(rooms),
+        min(rooms.values()),
         method="The small-gain theorem; beside it the exact test of stability, and the left side of (8) over the range "
         "with one element, in modal coordinates.",
         quantities={"excess of (8) in a stable example": breaks},
@@ -208,7 +196,8 @@ def small_gain_is_required(results: Results) -> Evidence:
 def level_of_theorem_3(results: Results) -> Evidence:
     """The filter (11) of a solution of (10) has the level γ at each element of the grid."""
     worst = max(results["identities"][name] for name in ("congruence", "recovery"))
-    rooms = [grid["level"] * (1 + AT_ELEMENTS) - grid["at_elements"] for grid in (results[name] for name in OWN_GRIDS)]
+    own_grids = [results[f"own-grid.{e}"] for e in EXAMPLES]
+    rooms = [grid["level"] * (1 + AT_ELEMENTS) - grid["at_elements"] for grid in own_grids]
     return Evidence(
         method="Proof: (10) is (6) after a congruence, and (11) gives back its filter. Beside it, the largest gain of "
         "such a filter at the elements of our grids against its level.",

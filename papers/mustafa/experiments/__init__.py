@@ -1,1 +1,1 @@
-"""What is computed: levels and brackets, draws of the figures, identities; `declared` lists it with its inputs."""
+"""What is computed: levels, brackets, draws, the small-gain argument; `declared` lists it with its inputs."""

@@ -5,9 +5,7 @@ from typing import Any
 import numpy as np
 
 from papers._common import MULTIPLES, PLANT
-from papers.mustafa.experiments import covering, levels
-from papers.mustafa.experiments.draws import draws, laws
-from papers.mustafa.experiments.identities import identities
+from papers.mustafa.experiments import levels, small_gain
 from papers.mustafa.printed import DATA, EXAMPLES, GAMMA, example, printed_filter, upper_end
 from replication.audit.declare import experiment
 from replication.audit.model import Experiment
@@ -41,9 +39,9 @@ def _of_example(e: int) -> tuple[Experiment, ...]:
     return (
         experiment(f"nominal.{e}", levels.nominal, **case),
         experiment(f"grids.{e}", levels.grids, **case, limit=LIMIT),
-        experiment(f"condition.{e}", covering.condition, **case, nodes=201, centres=CENTRES),
+        experiment(f"condition.{e}", small_gain.condition, **case, nodes=201, centres=CENTRES),
         experiment(
-            f"own-grid.{e}", covering.own_grid, **case, nodes=POINTS, horizon=200, final_horizon=1000, leaves=24
+            f"own-grid.{e}", small_gain.own_grid, **case, nodes=POINTS, horizon=200, final_horizon=1000, leaves=24
         ),
         experiment(f"robust.{e}", levels.robust, **case, cells=CELLS),
         experiment(f"curve.{e}", levels.level_curve, **subject, nodes=POINTS, level=level),
@@ -57,7 +55,7 @@ def _of_first() -> tuple[Experiment, ...]:
     printed, ends = {**DATA["example-1"], "h_l": DATA["h_l-1"]}, [float(h) for h in np.linspace(0.02, h_u, 5)]
     return (
         experiment("sensitivity.1", levels.nominal_level, prints=printed, h_u=h_u, claim="gamma.1"),
-        experiment("loosest.1", covering.loosest, **example(1), level=upper_end(GAMMA[1]), **LOOSEST_EFFORT),
+        experiment("loosest.1", small_gain.loosest, **example(1), level=upper_end(GAMMA[1]), **LOOSEST_EFFORT),
         experiment("against-range", levels.against_range, plant=plant, h_l=h_l, ends=ends, horizon=200, leaves=12),
     )
 
@@ -69,9 +67,9 @@ def _of_second() -> tuple[Experiment, ...]:
     inputs = {**case, "printed": FILTERS[2], "level": upper_end(GAMMA[2])}
     return (
         experiment("output-matrix", levels.output_matrix, **inputs, angles=ANGLES),
-        experiment("laws", laws, **response, seeds=TRIED_LAWS),
+        experiment("laws", levels.laws, **response, seeds=TRIED_LAWS),
         experiment("sensitivity.2", levels.filter_norm, prints=printed, plant=case["plant"], claim="filter.norm"),
-        experiment("draws", draws, **response, seeds=SEEDS),
+        experiment("draws", levels.draws, **response, seeds=SEEDS),
     )
 
 
@@ -80,7 +78,7 @@ EXPERIMENTS = (
     *(entry for e in EXAMPLES for entry in _of_example(e)),
     *_of_first(),
     *_of_second(),
-    experiment("identities", identities, trials=TRIALS, seed=SEED),
+    experiment("identities", small_gain.identities, trials=TRIALS, seed=SEED),
 )
 OF_SECOND = frozenset(declaration.name for declaration in (*_of_example(2), *_of_second()))
 """Those that take A of Example 2."""

@@ -4,15 +4,7 @@ from math import lcm
 
 from papers._common import solvers
 from papers.okajima2023.claims.levels import PREDICTORS, counterexamples, level, of_gains
-from papers.okajima2023.experiments.declared import (
-    DESIGNS,
-    GAIN_SETS,
-    PERIOD_TABLE,
-    TIMINGS,
-    case,
-    pair,
-    times,
-)
+from papers.okajima2023.experiments.declared import DESIGNS, GAIN_SETS, PERIOD_TABLE, TIMINGS, case, pair, times
 from papers.okajima2023.printed import DATA
 from replication.audit.declare import Part, positive
 from replication.audit.model import NO_READING, Evidence, Outcome, Results

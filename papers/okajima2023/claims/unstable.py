@@ -3,6 +3,8 @@
 import math
 from functools import partial
 
+import numpy as np
+
 from papers._common import solvers
 from papers.okajima2023.experiments.declared import HALF_UNIT_OF_POLES
 from papers.okajima2023.printed import DATA, bracketed, poles
@@ -31,6 +33,14 @@ def recovered(quantity: str, *parts: str, of: str = "section-4c-error-poles") ->
     return term(quantity, "section-4c", **{name: FOUND[of].parameters[name] for name in parts})
 
 
+STATED = poles(DATA["poles"])
+
+
+def as_stated(spectrum: list[list[float]]) -> bool:
+    """Whether poles, one of each pair, are those of A within half a unit of each part; in the same order."""
+    return bool(np.all(np.abs(np.subtract(spectrum, STATED)) <= HALF_UNIT_OF_POLES))
+
+
 def radius_of(spectrum: list[list[float]]) -> float:
     """The largest modulus of some poles."""
     return max(float((real**2 + imaginary**2) ** 0.5) for real, imaginary in spectrum)
@@ -45,7 +55,7 @@ def lacking(text: str, results: Results) -> Evidence:
     Raises AuditError if the A that our copy prints has the stated poles: then it is not lacking.
     """
     printed, gains = results[PRINTED], results[RECOVERED]["gains"]
-    if _rounds_to(printed["poles"], poles(DATA["poles"]), HALF_UNIT_OF_POLES):
+    if as_stated(printed["poles"]):
         raise AuditError("the matrix of eq. (41) has the stated poles; judge the claims on it by that matrix")
     return Evidence(
         method="",
@@ -110,7 +120,7 @@ for _name, _kind, _printed, _place, _statement, _told in (
 def stabilised(results: Results) -> Evidence:
     """With an A that has the stated poles, and all else as in Sec. IV-A, the gains (42) stabilise the error system."""
     free, printed = results[ANY_ENTRIES], radius_of(results[PRINTED]["error_poles"])
-    fits = _rounds_to(free["poles"], poles(DATA["poles"]), HALF_UNIT_OF_POLES)
+    fits = as_stated(free["poles"])
     record = results[ALL_DIAGONALS]
     diagonals = radius_of(results[RECOVERED]["outputs"]["error_poles_printed_C"]), record["found"][1]["radius"]
     radii = {FREE_A: free["radius"] if fits else math.inf, RECOVERED_A: diagonals[0], SECOND_A: diagonals[1]}
@@ -140,12 +150,6 @@ def stabilised(results: Results) -> Evidence:
     )
 
 
-def _rounds_to(spectrum: list[list[float]], stated: list[list[float]], half_unit: float) -> bool:
-    """Whether poles, one of each pair, are the stated ones within half a unit of each part; in the same order."""
-    pairs = zip(spectrum, stated, strict=True)
-    return all(abs(a - b) <= half_unit for pole, target in pairs for a, b in zip(pole, target, strict=True))
-
-
 @UNSTABLE.feasible(
     "unstable.one-plant",
     place="Sec. IV-C",
@@ -161,7 +165,7 @@ def one_plant(results: Results) -> Evidence:
     state, outputs, inputs, attained = (search[name] for name in ("state", "outputs", "inputs", "attained"))
     same = search["printed_inputs"]["norm"] / search["printed_inputs"]["optimum"] - 1
     room = 1 - radius_of(outputs["error_poles"])
-    fits = _rounds_to(state["poles_recovered"], poles(DATA["poles"]), HALF_UNIT_OF_POLES)
+    fits = as_stated(state["poles_recovered"])
     return Evidence(
         method="Eigenvalues of A with the diagonal found, and the spectral radius over one period of A_e with the "
         "gains (42) and the C found.",
@@ -208,9 +212,9 @@ def one_plant(results: Results) -> Evidence:
 )
 def designable(results: Results) -> Evidence:
     """Theorem 2 designs an observer for each unstable A tried that has the stated poles, all else as in Sec. IV-A."""
-    designs, stated = results[STATED_DESIGNS], poles(DATA["poles"])
+    designs = results[STATED_DESIGNS]
     excess = max(design["reduced_lmi"]["norm"] / design["optimum"] - 1 for design in designs.values())
-    fit = all(_rounds_to(design["poles"], stated, HALF_UNIT_OF_POLES) for design in designs.values())
+    fit = all(as_stated(design["poles"]) for design in designs.values())
     least = min(radius_of(design["poles"]) for design in designs.values())
     return below(
         excess if fit and least > 1 else 1.0,

@@ -3,7 +3,7 @@
 from typing import Any
 
 from papers._common import INPUTS
-from papers.okajima2023.experiments import designs, identities, simulations, unstable
+from papers.okajima2023.experiments import designs, simulations, unstable
 from papers.okajima2023.printed import DATA, GAINS, PLANT, PRINTED_PLANT, SCHEDULES, TABLE_1, poles
 from replication.audit.declare import experiment, number
 
@@ -113,10 +113,10 @@ EXPERIMENTS = (
     experiment("schedule.dual-rate", designs.selections, **times(CASES["C"])),
     experiment(PERIOD_TABLE, designs.period_table, plant=PLANT, largest=6),
     experiment("constant-matrix", designs.constant_matrix, plant=PLANT, **times(both((2, 1))), analysed=_GAINS_OF),
-    experiment("identities", identities.identities, trials=50, seed=SEED),
-    experiment("summation", identities.summation, plant=PLANT, **_PROPOSED, **_SUMMED),
-    experiment("observability", identities.observability, plant=PLANT),
-    experiment("product-orders", identities.product_orders, plant=PLANT, **times(_PROPOSED), gains=GAINS["33"]),
+    experiment("identities", simulations.identities, trials=50, seed=SEED),
+    experiment("summation", simulations.summation, plant=PLANT, **_PROPOSED, **_SUMMED),
+    experiment("observability", simulations.observability, plant=PLANT),
+    experiment("product-orders", simulations.product_orders, plant=PLANT, **times(_PROPOSED), gains=GAINS["33"]),
     experiment("responses", simulations.response, plant=PLANT, cases=_SIMULATED | _TIMED, **_NOISE, seed=SEED),
     experiment(DRAWS, simulations.draws, plant=PLANT, cases=_SIMULATED, **_NOISE, seeds=SEEDS, seed=SEED),
     experiment("timing-draws", simulations.timing_draws, plant=PLANT, cases=_TIMED, **_NOISE, seeds=SEEDS, seed=SEED),

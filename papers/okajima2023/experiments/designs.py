@@ -5,13 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from papers.okajima2023.method.lmi import (
-    LmiDesign,
-    lmi_analysis,
-    lmi_design,
-    reduced_lmi_design,
-    theorem2_size,
-)
+from papers.okajima2023.method.lmi import LmiDesign, lmi_analysis, lmi_design, reduced_lmi_design, theorem2_size
 from replication.audit.judge.printed import Parameters, spread
 from replication.errors import InfeasibleError
 from replication.estimation.linear.norms import l2_gain, white_noise_variance

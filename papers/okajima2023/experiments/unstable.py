@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from papers.okajima2023.experiments.designs import Json, Matrix, build, design
-from papers.okajima2023.method.input_recovery import recover_inputs
 from papers.okajima2023.method.recovery import (
     complete,
     error_monodromy,
     error_poles,
     exact_diagonals,
+    recover_inputs,
     recover_outputs,
     recover_poles,
     upper_half,

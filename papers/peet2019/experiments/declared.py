@@ -4,8 +4,7 @@ from typing import Any
 
 from papers._common import INPUTS
 from papers.peet2019.experiments import examples, scaling
-from papers.peet2019.experiments.finite import lmi_3, pade_level, self_adjoint, value_over_norm
-from papers.peet2019.experiments.identities import identities
+from papers.peet2019.experiments.identities import identities, lmi_3, self_adjoint, value_over_norm
 from papers.peet2019.experiments.inversion import inverse_identities
 from papers.peet2019.experiments.readings import least_gains, readings
 from papers.peet2019.printed import DATA, DEGREES, DELAY_COUNTS, EXAMPLES, JORDAN, OWN_SYSTEMS, STATES
@@ -59,7 +58,7 @@ EXPERIMENTS = (
     experiment("common", examples.on_common_plant, **INPUTS, degree=2),
     *(
         experiment(
-            f"sensitivity.ex{name}", pade_level, plant=EXAMPLES[name], order=DATA["pade-order"],
+            f"sensitivity.ex{name}", examples.pade_level, plant=EXAMPLES[name], order=DATA["pade-order"],
             claim=f"ex{name}.gamma-pade",
         )
         for name in MOVED

@@ -1,11 +1,14 @@
 """Computations behind Examples 1-3 and Fig. 1; functions of JSON values that return JSON values."""
 
 from dataclasses import asdict, fields, replace
+from itertools import product
 from typing import Any
 
 import numpy as np
 
 from papers.peet2019.method import chebyshev_model, lmi_gain, open_loop_gain, pade_model, riccati_gain, without_noise
+from replication.audit.judge.numerals import layout
+from replication.audit.judge.printed import Parameters, spread
 from replication.estimation.conic.program import Program, Solution, solve_clarabel
 from replication.estimation.conic.sdpa import ENDLESS, SdpaOptions, one_process
 from replication.estimation.delay.plant import DelayPlant, delay_system
@@ -217,16 +220,11 @@ def fig_1(plant: Json, level: float, degree: int, epsilon: float, samples: int, 
         times = np.linspace(0.0, horizon, samples)
         return simulate(error, times, np.outer(np.sinc((times - centre) / unit), channels), system.states)
 
-    settings: list[Json] = [
-        {"unit": unit, "centre": centre, "horizon": horizon, "channels": channels}
-        for unit in (1.0, float(np.pi))
-        for centre in (0.0, 1.0, 5.0, 10.0)
-        for horizon in (10.0, 20.0, 40.0)
-        for channels in ((1.0, 1.0), (1.0, 0.0), (0.0, 1.0))
-    ]
+    channels = (1.0, 1.0), (1.0, 0.0), (0.0, 1.0)
+    settings = product((1.0, float(np.pi)), (0.0, 1.0, 5.0, 10.0), (10.0, 20.0, 40.0), channels)
     simulation = run(1.0, 1.0, 20.0, (1.0, 1.0))
     return {
-        "scan": [{**setting, "gain": run(**setting).gain} for setting in settings],
+        "scan": [run(*setting).gain for setting in settings],
         "level": level,
         "t": simulation.times.tolist(),
         "w": simulation.disturbance[:, 0].tolist(),
@@ -295,3 +293,19 @@ def on_common_plant(plant: dict[str, Any], multiples: list[int], degree: int) ->
             least = minimum_gain(delay_system(a0, [coupling], [(m - 1) * float(h)], b, c1, c2), degree)
             levels.append([least.lower, least.gamma])
     return levels
+
+
+def pade_level(plant: dict[str, Any], order: int, claim: str) -> dict[str, Any]:
+    """The Riccati gain of the Padé model of `plant`; moved are A_0, A_i and the delays."""
+    delays = {f"tau_{i + 1}": f"{tau:g}" for i, tau in enumerate(plant["delays"])}
+    blocks = {
+        f"A_{i}": layout(tuple(map(tuple, block)), "{:g}".format) for i, block in enumerate([plant["a0"], *plant["a"]])
+    }
+
+    def compute(numbers: Parameters) -> dict[str, float]:
+        a0, *delayed = (numbers[name] for name in blocks)
+        taus = [numbers[name] for name in delays]
+        moved = delay_system(a0, delayed, taus, plant["b"], plant["c10"], plant["c2"])
+        return {claim: float(riccati_gain(pade_model(moved, order)))}
+
+    return spread({**blocks, **delays}, compute)

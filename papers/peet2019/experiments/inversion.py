@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import scipy
 
-from papers.peet2019.experiments.identities import DELAYS, EACH, LAST, NODES, POINTS, Array, K, summaries
+from papers.peet2019.experiments.identities import DELAYS, EACH, LAST, NODES, POINTS, K, summaries
+from replication.estimation.validation import Array
 
 N, DEGREE = 2, 1
 WIDTH = N * (DEGREE + 1)

@@ -66,7 +66,6 @@ def _solved(task: Program, level: float | None, options: SdpaOptions) -> tuple[J
     record = {
         "gamma": float(solution.linear[0]) if level is None else level,
         "equalities": task.a.shape[0],
-        "blocks": list(task.blocks),
         "solver": solution.report.to_dict(),
     }
     return record, solution
@@ -83,7 +82,7 @@ def small_cone_cost(states: int, delays: int, level: float, threads: int = 1) ->
     first = 1 + 2 * small.system.delay_count
     parts = zip((solution.blocks[:first], solution.blocks[first:]), spaces, strict=True)
     target = cone_blocks(1, DegreeRule.TOTAL)
-    matrices = [matrix for part, space in parts for matrix in lifted(part, space, 1, target)]
+    matrices = [matrix for part, space in parts for matrix in lifted(part, space, target)]
     full = cost_program(states, delays, level)
     residual = np.abs(full.a @ np.concatenate([matrix.ravel() for matrix in matrices]) - full.b).max()
     record["full"] = {
@@ -94,22 +93,22 @@ def small_cone_cost(states: int, delays: int, level: float, threads: int = 1) ->
     return record
 
 
-def lifted(blocks: Sequence[Array], space: FormSpace, moments: int, target: Blocks) -> tuple[Array, Array]:
+def lifted(blocks: Sequence[Array], space: FormSpace, target: Blocks) -> tuple[Array, Array]:
     """The two matrices M_g of Corollary 2 that give the same form; positive semidefinite if the blocks are.
 
-    `target`: a plain and a weighted block with members (c, c), c < moments, in Z_2 and degree >= 1.
+    `target`: a plain and a weighted block with the member (0, 0) in Z_2 and degree >= 1. Of each history there is one
+    moment.
     """
     plain, weighted = target
     width, z2 = space.functions, space.points + (plain.degree + 1) * space.functions
     inner, outer = plain.kernel_basis()
-    member = {(int(a), int(b)): i for i, (a, b) in enumerate(zip(inner, outer, strict=True))}
-    functionals = np.zeros((space.points + moments * width, plain.size(space)))
-    functionals[: space.points, : space.points] = np.eye(space.points)
-    beyond, risen = np.zeros((2, width, plain.size(space)))  # φ - Σp_cμ_c, and (1+η)φ
     function = np.arange(width)
-    for c in range(moments):
-        functionals[space.points + c * width + function, z2 + member[0, c] * width + function] = 1.0
-        beyond[function, z2 + member[c, c] * width + function] = -1.0
+    constant = z2 + int(np.flatnonzero((inner == 0) & (outer == 0))[0]) * width + function
+    functionals = np.zeros((space.points + width, plain.size(space)))
+    functionals[: space.points, : space.points] = np.eye(space.points)
+    beyond, risen = np.zeros((2, width, plain.size(space)))  # φ - μ_0, and (1+η)φ
+    functionals[space.points + function, constant] = 1.0
+    beyond[function, constant] = -1.0
     beyond[function, space.points + function] = 1.0
     for a, coefficient in enumerate(bessel.RAMP):
         risen[function, space.points + a * width + function] = coefficient

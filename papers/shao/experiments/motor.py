@@ -6,15 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from papers.shao.method.lyapunov import hurwitz_margins, slow_eigenvalues
+from papers.shao.experiments.theorem import hurwitz_margins, slow_eigenvalues
 from papers.shao.method.motor import Feedforward, Motor, feedforward
 from papers.shao.printed import APO, DATA, DESIGN, FAST, MOTOR, PARAMETERS, PMI, RESTARTED, literal_loop
 from replication.audit.judge.printed import Parameters, spread
 from replication.errors import InfeasibleError
 from replication.estimation import dualrate
-from replication.estimation.dualrate.loop import close_loop, stability_radius, tracking_error_ratio
-from replication.estimation.dualrate.observers import OBSERVERS
-from replication.estimation.dualrate.problem import DualRateDesign, dual_rate_design
+from replication.estimation.dualrate.loop import tracking_error_ratio
+from replication.estimation.dualrate.problem import dual_rate_design
 
 
 def motor_model(seed: int) -> dict[str, Any]:
@@ -51,11 +50,6 @@ def motor_eigenvalues(periods: Sequence[float]) -> dict[str, Any]:
         for name in (PMI, APO, RESTARTED, FAST)
     }
     return {"periods": list(periods), "moduli": moduli}
-
-
-def radius(design: DualRateDesign, observer: str, **changes: Any) -> float:
-    """Monodromy radius of a design with one of `OBSERVERS`, at another period (s) or ratio if one is given."""
-    return stability_radius(close_loop(replace(design, **changes), OBSERVERS[observer]))
 
 
 def _physical(s: complex) -> complex:

@@ -9,10 +9,18 @@ import msgspec
 import numpy as np
 
 from papers.shao import printed
-from papers.shao.experiments.motor import radius
+from papers.shao.experiments.theorem import radius
 from papers.shao.method.motor import bandwidth, estimation_error_ratio, estimation_lag, simulate, transient_energy
-from papers.shao.method.readings import STRUCTURES, Reading, first_estimate, windowed_errors
-from papers.shao.method.search import BlockResult, Column, merge, search_block
+from papers.shao.method.readings import (
+    STRUCTURES,
+    BlockResult,
+    Column,
+    Reading,
+    first_estimate,
+    merge,
+    search_block,
+    windowed_errors,
+)
 from papers.shao.printed import APO, DESIGN, FAST, FREQUENCIES, HELD, PMI, READINGS, RESTARTED, START, literal_loop
 from replication.estimation.dualrate.loop import (
     MARGINAL,

@@ -1,1 +1,1 @@
-"""Methods that serve this paper alone: the motor, readings of its simulation and their search, Lyapunov constants."""
+"""Methods that serve this paper alone: the motor, readings of its simulation and their search."""

@@ -9,8 +9,9 @@ from multirate_examples import PAPER, PUBLISHED, drawn_plant
 from multirate_examples import problem as problem_of
 
 from papers.okajima2023.method import lmi
-from papers.okajima2023.method.central_path import CentralPoint, central_path
 from papers.okajima2023.method.lmi import (
+    CentralPoint,
+    central_path,
     lmi_analysis,
     lmi_design,
     reduced_lmi_design,

@@ -9,9 +9,8 @@ from computed import result
 from faults import verdict
 
 from papers.shao import PAPER, printed
-from papers.shao.experiments.theorem import longer_ratios
+from papers.shao.experiments.theorem import longer_ratios, slow_rate_gap, theorem_constants
 from papers.shao.experiments.tracking import SEARCH, merged, over_plants
-from papers.shao.method.lyapunov import slow_rate_gap, theorem_constants
 from papers.shao.plants import PARAMETERS, plants
 from papers.shao.printed import APO, DESIGN, FAST, RESTARTED, literal_loop
 from papers.shao.printed import COUNTEREXAMPLE as SCALAR

@@ -17,12 +17,11 @@ from scipy.signal import cont2discrete
 
 from papers._common import by_margin
 from papers.shao import PAPER, printed
-from papers.shao.claims.orders import ordering_counts, where_larger
+from papers.shao.claims.table import ordering_counts, where_larger
 from papers.shao.experiments import motor as motor_experiments
+from papers.shao.experiments.theorem import prediction_gap, rate_gap
 from papers.shao.experiments.tracking import SEARCH, _energy, _over_windows, table_columns
-from papers.shao.method.lyapunov import prediction_gap, rate_gap
-from papers.shao.method.readings import windowed_errors
-from papers.shao.method.search import search_block
+from papers.shao.method.readings import search_block, windowed_errors
 from papers.shao.printed import APO, COLUMNS, DESIGN, PMI, READINGS, START
 from replication.audit.model import NO_READING, Verdict
 from replication.estimation.dualrate.loop import Points, time_response

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import scipy.signal
 
+from papers.shao.method import readings as search
 from papers.shao.method.readings import STRUCTURES, Reading, ReadingSpace, Start, Structure, current, error_ratios
-from papers.shao.method.search import Column, merge, reading_of, search_block
 from papers.shao.printed import DESIGN, MOTOR, START, literal_loop
 from replication.estimation.dualrate.loop import (
     Points,
@@ -35,8 +35,8 @@ def ratio_of(reading: Reading, frequency: float) -> float:
     return float(np.max(np.abs(response.error[first : last : 1 if reading.points is Points.BETWEEN else stride])))
 
 
-def planted(reading: Reading, *observers: str) -> Column:
-    return Column(observers, np.array([ratio_of(reading, f) for f in SPACE.frequencies]), np.full(3, 5e-5))
+def planted(reading: Reading, *observers: str) -> search.Column:
+    return search.Column(observers, np.array([ratio_of(reading, f) for f in SPACE.frequencies]), np.full(3, 5e-5))
 
 
 def test_the_literal_reading_is_the_default_and_the_first_row() -> None:
@@ -61,9 +61,9 @@ def test_distinct_readings_are_those_that_differ_to_print() -> None:
     column = planted(Reading(window=(0, 3)), APO)
     values = error_ratios(SPACE, APO, STRUCTURES[0])
     printed = {tuple(f"{100 * v:.2f}" for v in row) for row in values}
-    result = search_block(SPACE, {"apo": column}, 0)
+    result = search.search_block(SPACE, {"apo": column}, 0)
     assert result.distinct["apo"] == len(printed) < result.tried["apo"]
-    assert merge([result, search_block(SPACE, {"apo": column}, 1)]).distinct["apo"] > len(printed)
+    assert search.merge([result, search.search_block(SPACE, {"apo": column}, 1)]).distinct["apo"] > len(printed)
 
 
 def test_structures_are_all_different() -> None:
@@ -77,26 +77,26 @@ def test_planted_columns_are_found_and_hit() -> None:
         "apo": Reading(observer=APO, structure=structure, start=Start.TRUE, window=(3, 9)),
     }
     columns = {name: planted(reading, reading.observer) for name, reading in wanted.items()}
-    blocks = [search_block(SPACE, columns, index) for index in (4, 5)]
-    result = merge(blocks)
+    blocks = [search.search_block(SPACE, columns, index) for index in (4, 5)]
+    result = search.merge(blocks)
     assert result.joint_distance < 1e-9
     assert result.joint_hits >= 1
     for name, reading in wanted.items():
         assert result.nearest[name].distance < 1e-9
-        assert reading_of(SPACE, result.joint[name]).structure == reading.structure
+        assert search.reading_of(SPACE, result.joint[name]).structure == reading.structure
         assert result.hits[name] >= 1
 
 
 def test_search_is_deterministic_resumable_and_merges_in_any_order() -> None:
     columns = {"apo": planted(Reading(observer=APO, window=(0, 3)), APO, "running_prediction")}
-    whole, resumed = ([search_block(SPACE, columns, i) for i in order] for order in ([0, 1, 2, 3], [2, 3, 0, 1]))
-    assert merge(whole) == merge(resumed)
-    assert merge(whole).tried["apo"] > 0
+    whole, resumed = ([search.search_block(SPACE, columns, i) for i in order] for order in ([0, 1, 2, 3], [2, 3, 0, 1]))
+    assert search.merge(whole) == search.merge(resumed)
+    assert search.merge(whole).tried["apo"] > 0
 
 
 def test_unstable_readings_are_counted_only_where_they_exist() -> None:
     column = planted(Reading(observer=APO), "slow_input_interpolation")
-    result = search_block(SPACE, {"pmi": column}, 0)
+    result = search.search_block(SPACE, {"pmi": column}, 0)
     assert result.tried["pmi"] == SPACE.rows - len(Points)
 
 
