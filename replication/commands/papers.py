@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from replication.commands import command, option
-from replication.commands.shared import DIFFERENT, FINE, here, say
+from replication.commands import DIFFERENT, FINE, command, here, option, say
 from replication.errors import InvalidInputError
 
 if TYPE_CHECKING:

@@ -3,11 +3,12 @@
 import argparse
 from pathlib import Path
 
-from replication.commands import command, option
-from replication.commands.shared import (
+from replication.commands import (
     DIFFERENT,
     FINE,
+    command,
     figures,
+    option,
     output,
     project_root,
     results_of,

@@ -6,8 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from replication.commands import command, option
-from replication.commands.shared import DIFFERENT, FINE, figures, here, output, results_of, results_path, say
+from replication.commands import DIFFERENT, FINE, command, figures, here, option, output, results_of, results_path, say
 
 if TYPE_CHECKING:
     from replication.audit.project import Project

@@ -11,8 +11,20 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from replication.commands import command, option
-from replication.commands.shared import DIFFERENT, FAILED, FINE, figures, here, jobs, output, say, say_report, tutorials
+from replication.commands import (
+    DIFFERENT,
+    FAILED,
+    FINE,
+    command,
+    figures,
+    here,
+    jobs,
+    option,
+    output,
+    say,
+    say_report,
+    tutorials,
+)
 from replication.errors import AuditError
 from replication.ownplant.fields import positive
 
