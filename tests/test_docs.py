@@ -21,7 +21,7 @@ from replication.audit.people import Reply
 from replication.cli import main
 from replication.commands import all_commands
 from replication.errors import InvalidInputError
-from replication.scaffold.make import scaffold
+from replication.scaffold import scaffold
 
 ROOT = Path(__file__).parents[1]
 GUIDE = (ROOT / "docs" / "adding-a-paper.md").read_text(encoding="utf-8")

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from replication.audit.project import Project
     from replication.audit.store.records import ResultsFile
 
-MODULES = ("run", "results", "papers", "publish", "proofs", "design")
+MODULES = ("run", "results", "papers", "proofs", "design")
 """In the order in which `--help` lists their commands."""
 FINE, DIFFERENT, BAD_INPUT, FAILED, FAULT, INTERRUPTED = 0, 1, 2, 3, 70, 130
 """The exit codes."""

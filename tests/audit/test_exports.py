@@ -22,7 +22,7 @@ from replication.audit.publish.archive import archive_name, badge, changed_files
 from replication.audit.publish.linked_data import Person, media_type, read_software
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
-from replication.scaffold.make import scaffold
+from replication.scaffold import scaffold
 
 ROOT = Path(__file__).parents[2]
 

@@ -16,9 +16,9 @@ from replication.audit.judge.typed import numbers_in
 from replication.audit.judge.uncertainty import BY_DIGITS
 from replication.audit.model import DISAGREES, NO_READING, NUMERIC, Kind, Verdict
 from replication.audit.parts import Paper
-from replication.audit.publish.rebuild import plain_templates
 from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
 from replication.errors import listed
+from replication.scaffold import plain_templates
 
 
 class Basis(StrEnum):

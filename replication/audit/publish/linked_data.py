@@ -12,9 +12,9 @@ import msgspec
 
 from replication.audit.inspect.headline import sentence
 from replication.audit.people import plain_orcid
-from replication.audit.publish.rebuild import plain_templates
 from replication.audit.store.records import PaperRecord
 from replication.errors import AuditError
+from replication.scaffold import plain_templates
 
 CITATION = "CITATION.cff"
 Json = dict[str, Any]
