@@ -17,7 +17,7 @@ from replication.audit.declare import Evidence, Further, Part
 from replication.audit.inspect.coverage import ASIDE, FACTS, ITEMS
 from replication.audit.model import Claim, Kind
 from replication.audit.numbers import Stated, numbers
-from replication.audit.people import Reply
+from replication.audit.parts import Reply
 from replication.cli import main
 from replication.commands import all_commands
 from replication.errors import InvalidInputError

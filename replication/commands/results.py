@@ -168,8 +168,7 @@ def notebooks(chosen: argparse.Namespace) -> int:
 def export(chosen: argparse.Namespace) -> int:
     """Write the exports, and what registers read at the root of the project, and name them."""
     from replication.audit.publish.archive import write_exports
-    from replication.audit.publish.linked_data import read_software
-    from replication.audit.publish.registers import write_registers
+    from replication.audit.publish.linked_data import read_software, write_registers
 
     results, root = results_of(chosen), project_root()
     say(map(str, write_exports(results, root, chosen.to or results_path(chosen).with_name("exports"))))

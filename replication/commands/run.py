@@ -153,6 +153,6 @@ def _executor(chosen: argparse.Namespace) -> Compute:
         return partial(processes, jobs=chosen.jobs)
     if chosen.jobs is not None:
         raise AuditError("--jobs is for processes of this machine; a cluster has the workers that it has")
-    from replication.audit.run.cluster import on_cluster
+    from replication.audit.run.pool import on_cluster
 
     return partial(on_cluster, chosen.scheduler)

@@ -24,8 +24,16 @@ from pathlib import Path, PurePosixPath
 
 import replication
 from replication.audit.inspect.headline import tally
-from replication.audit.publish.linked_data import CITATION, Software, filled, read_software, to_json
-from replication.audit.publish.registers import CODECHECK, MARK, register_texts
+from replication.audit.publish.linked_data import (
+    CITATION,
+    CODECHECK,
+    MARK,
+    Software,
+    filled,
+    read_software,
+    register_texts,
+    to_json,
+)
 from replication.audit.report.claim import standing
 from replication.audit.report.templates import environment
 from replication.audit.store.provenance import (

@@ -9,8 +9,7 @@ import msgspec
 from replication.audit.inspect.headline import counts, theorems
 from replication.audit.judge.policies import once
 from replication.audit.model import Reading, Verdict
-from replication.audit.parts import Paper
-from replication.audit.people import Reply
+from replication.audit.parts import Paper, Reply
 from replication.audit.publish.linked_data import without_empty
 from replication.audit.run.pool import Action, Step
 from replication.audit.store.records import CertificateRecord, ClaimRecord, ResultsFile
