@@ -72,14 +72,14 @@ def part(lock: str, wanted: Iterable[str]) -> str:
 
     Raises KeyError with the name of a package that the lock does not have.
     """
-    entries = {_name(text): text for text in re.split(r"^(?=[a-z0-9])", lock, flags=re.MULTILINE)[1:]}
+    entries = {canonical(name_of(text)): text for text in re.split(r"^(?=[a-z0-9])", lock, flags=re.MULTILINE)[1:]}
     wants: dict[str, set[str]] = {name: set() for name in entries}
     for name, text in entries.items():
         # The comment behind the hashes: `# via one`, or a line each.
         for parent in re.findall(r"^ +#(?: +via)? +([a-z0-9._-]+)$", text, flags=re.MULTILINE):
-            wants.setdefault(parent, set()).add(name)
+            wants.setdefault(canonical(parent), set()).add(name)
     needed: set[str] = set()
-    waiting = [_name(text) for text in wanted]
+    waiting = [canonical(name_of(text)) for text in wanted]
     while waiting:
         name = waiting.pop()
         entries[name]  # a KeyError names what is missing
@@ -97,8 +97,14 @@ def declared(project: str, extras: Iterable[str]) -> list[str]:
     return [*named, *(text for extra in extras for text in optional[extra])]
 
 
-def _name(requirement: str) -> str:
-    return re.split(r"[^A-Za-z0-9._-]", requirement, maxsplit=1)[0].lower().replace("_", "-")
+def name_of(requirement: str) -> str:
+    """The name of the distribution that a requirement asks for."""
+    return re.split(r"[^A-Za-z0-9._-]", requirement, maxsplit=1)[0]
+
+
+def canonical(name: str) -> str:
+    """The name of a distribution in the form in which two spellings are one."""
+    return re.sub(r"[-_.]+", "-", name).lower()
 
 
 if __name__ == "__main__":

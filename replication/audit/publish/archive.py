@@ -40,7 +40,6 @@ from replication.audit.store.provenance import (
     COMMIT_FILE,
     LOCK,
     OWN,
-    canonical,
     git,
     git_state,
     installed,
@@ -48,6 +47,7 @@ from replication.audit.store.provenance import (
 )
 from replication.audit.store.records import ClaimRecord, ResultsFile, RunRecord, read_results
 from replication.errors import AuditError
+from replication.extras import canonical
 from replication.files import sha256, write_atomically
 from replication.scaffold import plain_templates
 

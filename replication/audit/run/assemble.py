@@ -193,12 +193,7 @@ def _prove(state: _Run, paper: Paper, erratum: Erratum) -> ErratumRecord:
     return ErratumRecord.of(paper.key, erratum, proof, code=state.sources.location(erratum.prove), error=error)
 
 
-def _claim(
-    state: _Run,
-    claim: Claim,
-    paper: Paper,
-    proofs: Mapping[str, ErratumRecord],
-) -> ClaimRecord:
+def _claim(state: _Run, claim: Claim, paper: Paper, proofs: Mapping[str, ErratumRecord]) -> ClaimRecord:
     evidence, error, used = _answer(state, claim, paper)
     certificates = [certificate for certificate in state.certificates if claim.id in certificate.claims]
     return make_record(

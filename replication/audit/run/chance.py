@@ -47,13 +47,13 @@ def listen(told: Told) -> None:
 
     def seeded(self: random.Random, a: Any = None, version: int = 2) -> None:
         global _seeded
-        _seeded = _seeded or self is _shared()
+        _seeded = _seeded or self is random._inst
         if a is None:
             told(SEEDLESS, sys._getframe(1))
         seed(self, a, version)
 
     random.Random.seed = seeded  # type: ignore[method-assign]
-    random.seed = _shared().seed
+    random.seed = random._inst.seed
     # What SystemRandom, secrets and NumPy's generators without a seed draw from.
     random._urandom = asked(SEEDLESS, os.urandom)  # type: ignore[attr-defined]
     os.urandom = random._urandom  # type: ignore[attr-defined]
@@ -85,10 +85,6 @@ def _codes(code: CodeType) -> Iterator[CodeType]:
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
             yield from _codes(constant)
-
-
-def _shared() -> random.Random:
-    return random._inst
 
 
 @contextlib.contextmanager

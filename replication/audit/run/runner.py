@@ -26,10 +26,11 @@ from replication.audit.run.prove import prove
 from replication.audit.run.tracing import labels, state, traced, untraced
 from replication.audit.run.worker import Answer, Task, describe, function_name
 from replication.audit.store.cache import Cache, Dependencies, Entry, Lookup, encode, solvers_in
-from replication.audit.store.provenance import Environment, canonical, loaded, plain, read_environment, run_record
+from replication.audit.store.provenance import Environment, loaded, plain, read_environment, run_record
 from replication.audit.store.records import ResultsFile
 from replication.audit.store.sources import SourceTree, default_packages, parents
 from replication.errors import AuditError, meant
+from replication.extras import canonical
 
 EDITED = "not kept: its sources or data were edited while it ran"
 TIMEOUT = 3600.0
@@ -232,9 +233,9 @@ def _finish(answer: Answer, plan: Plan, cache: Cache, sources: SourceTree) -> St
             solvers = solvers_in(f"the result of {answer.name}", result)
             fields = {name: getattr(answer, name) for name in ("data", "untraced", "files", "seconds")}
             entry = Entry(dependencies=task.dependencies, solvers=solvers, result=result, **fields)
-            moved = any(state(label, sources) != now for label, now in answer.data.items())
-            whole = sources.unchanged(task.dependencies.sources) and not moved
-            unkept = cache.store(answer.name, entry) if whole else EDITED
+            read = {**task.dependencies.sources, **answer.data}
+            moved = any(state(label, sources) != then for label, then in read.items())
+            unkept = EDITED if moved else cache.store(answer.name, entry)
             return step(action=Action.COMPUTED, reason=unkept or known.reason, entry=entry)
     except AuditError as failure:
         error = describe(failure, sources)

@@ -84,10 +84,7 @@ def compute(task: Task) -> Answer:
     """Run a task with one BLAS thread. Whatever fails in it ends up in the answer, except an interruption."""
     tree = SourceTree({name: Path(folder) for name, folder in task.packages.items()})
     sources = task.dependencies.sources
-    begin = time.perf_counter()
-    text, error, data, function = None, "", {}, None
-    unseen: tuple[str, ...] = ()
-    files: dict[str, str] = {}
+    begin, function = time.perf_counter(), None
     try:
         with traced(tree.root) as trace:
             function = pkgutil.resolve_name(task.dependencies.function)
@@ -107,14 +104,14 @@ def compute(task: Task) -> Answer:
                 )
             if dates(function, ours):
                 loose(CLOCK)
-        files = trace.files
         more = others(tree, sources, task.dependencies.packages) if task.alone else set()
         data, unseen = labels(trace, tree, sources, more), untraced(trace, tree, {*sources, *more})
+        return Answer(task.name, text, time.perf_counter() - begin, "", data, unseen, trace.files)
     except Late:
         error = f"it took longer than {task.timeout:g} s; find out why, or give it more time: timeout=..."
     except (Exception, SystemExit) as failure:  # noqa: BLE001 - the one place where failures become data
-        error, text = describe(failure, tree, tree.location(function) if function else ""), None
-    return Answer(task.name, text, time.perf_counter() - begin, error, data, unseen, files)
+        error = describe(failure, tree, tree.location(function) if function else "")
+    return Answer(task.name, None, time.perf_counter() - begin, error)
 
 
 @functools.lru_cache(1)

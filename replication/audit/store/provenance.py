@@ -19,7 +19,7 @@ from typing import Any
 import replication
 from replication.audit.store.records import RunRecord
 from replication.errors import AuditError
-from replication.extras import DISTRIBUTION, required
+from replication.extras import DISTRIBUTION, canonical, name_of, required
 from replication.files import sha256
 
 # The installed distributions with which something is computed, and where they differ from the lock
@@ -45,11 +45,6 @@ def loaded(modules: Iterable[str]) -> dict[str, str]:
             versions[title] = version
             waiting.extend(required)
     return dict(sorted(versions.items()))
-
-
-def canonical(name: str) -> str:
-    """The name of a distribution in the form in which two spellings are one."""
-    return re.sub(r"[-_.]+", "-", name).lower()
 
 
 def plain(versions: Mapping[str, str]) -> dict[str, str]:
@@ -103,8 +98,7 @@ def _known(name: str) -> tuple[str, str, tuple[str, ...]] | None:
     dist = installed(name)
     if dist is None:
         return None
-    needed = (text for text in dist.requires or () if "extra ==" not in text)
-    required = tuple(re.split(r"[^A-Za-z0-9._-]", text, maxsplit=1)[0] for text in needed)
+    required = tuple(name_of(text) for text in dist.requires or () if "extra ==" not in text)
     return dist.metadata["Name"], f"{dist.version} {_files(dist.read_text('RECORD') or '')}", required
 
 
@@ -232,12 +226,8 @@ def _package_versions(root: Path) -> dict[str, str]:
     if declared is None:
         declared = [text for text in required() if "extra ==" not in text]
         optional = [text for text in required() if text.partition("extra == ")[2].strip("\"'") in COMPUTING]
-    names = {_name(text) for text in optional if installed(_name(text)) is not None}
-    return read_packages(sorted({*map(_name, declared), *names}))
-
-
-def _name(requirement: str) -> str:
-    return re.split(r"[^A-Za-z0-9._-]", requirement, maxsplit=1)[0]
+    names = {name for name in map(name_of, optional) if installed(name) is not None}
+    return read_packages(sorted({*map(name_of, declared), *names}))
 
 
 def read_packages(names: Iterable[str]) -> dict[str, str]:

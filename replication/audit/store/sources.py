@@ -66,7 +66,8 @@ class SourceTree:
 
     def __init__(self, packages: Mapping[str, Path]) -> None:
         self.packages = {name: Path(directory).resolve() for name, directory in packages.items()}
-        self.root = project_of(self.packages)
+        # The folder in which the papers lie.
+        self.root = next((folder.parent for name, folder in self.packages.items() if name != "replication"), None)
         self.kept: dict[str, dict[str, Any]] = {}
 
     def files_of(self, module: str) -> dict[str, str]:
@@ -77,11 +78,8 @@ class SourceTree:
         """
         followed = self._followed(module)
         enclosing = {parent for name in followed for parent in parents(name)}
-        listed = {name: self._module(name) for name in followed | enclosing}
-        files = {self._label_of(name): source.sha256 for name, source in listed.items() if source}
-        for name, source in listed.items():
-            files |= self._data_of(name) if source else {}
-        return dict(sorted(files.items()))
+        files = (self._read_with(name) for name in followed | enclosing)
+        return dict(sorted(pair for part in files for pair in part.items()))
 
     def installed_of(self, module: str) -> set[str]:
         """The top-level modules that `module` imports, transitively, and that are no files of the project or Python."""
@@ -109,23 +107,26 @@ class SourceTree:
         return followed
 
     @_kept
-    def _data_of(self, name: str) -> dict[str, str]:
-        """The data file beside a module that has its name, printed.py printed.toml, and those that it names in full."""
-        labels = [self._label_of(name).removesuffix(".py") + ".toml", *self._named(name)]
-        return {label: sha256 for label in labels if (sha256 := self.now(label)) is not None}
+    def _read_with(self, name: str) -> dict[str, str]:
+        """SHA-256 of a module, of the data file beside it that has its name, and of those that it names in a string."""
+        path, module = self._path(name), self._module(name)
+        if path is None or module is None:
+            return {}
+        file = self.label(path)
+        data = [
+            file.removesuffix(".py") + ".toml",
+            *(self.label((path.parent / text).resolve()) for text in module.texts),
+        ]
+        return {file: module.sha256, **{label: digest for label in data if (digest := sha256(self.path(label)))}}
 
-    def unchanged(self, files: Mapping[str, str]) -> bool:
-        """Whether the files still have the checksums given, as they are on the disk now."""
-        return all(self.now(label) == sha256 for label, sha256 in files.items())
-
-    def label(self, path: Path | None) -> str:
+    def label(self, path: Path) -> str:
         """`package/inside/file.py` of a path inside a package, `./file` elsewhere in the project; else empty."""
         elsewhere: dict[str, Path] = {
             name: place for name, place in self.kept.get("_beside", {}).items() if place is not None
         }
         places = {**self.packages, **({} if self.root is None else {".": self.root}), **elsewhere}
         for name, directory in places.items():
-            if path is not None and path.is_relative_to(directory):
+            if path.is_relative_to(directory):
                 inside = path.relative_to(directory)
                 # An environment below the project holds packages, which count by their versions.
                 return "" if set(_INSTALLED) & set(inside.parts) else f"{name}/{inside.as_posix()}"
@@ -194,15 +195,6 @@ class SourceTree:
             traceback = traceback.tb_next
         return theirs if of_papers else line
 
-    def now(self, label: str) -> str | None:
-        """The checksum of a file as it is on the disk now, None if there is none."""
-        path = self.path(label)
-        return sha256(path) or None
-
-    @_kept
-    def _label_of(self, module: str) -> str:
-        return self.label(self._path(module))
-
     @_kept
     def _path(self, module: str) -> Path | None:
         """The file of a module, or None if the name is no module of the project."""
@@ -240,13 +232,7 @@ class SourceTree:
     @_kept
     def _module(self, name: str) -> _Module | None:
         path = self._path(name)
-        return None if path is None else _read(name, path)
-
-    def _named(self, name: str) -> Iterator[str]:
-        """The labels of the files beside a module, or below them, that it names in a string."""
-        path, module = self._path(name), self._module(name)
-        if path is not None and module is not None:
-            yield from (self.label((path.parent / text).resolve()) for text in module.texts)
+        return None if path is None else _parsed(name, path, path.read_bytes())
 
     @_kept
     def _imported_by(self, name: str) -> tuple[str, ...]:
@@ -270,11 +256,6 @@ def default_packages(root: Path) -> dict[str, Path]:
     return {"replication": Path(replication.__file__).parent, package: root / package}
 
 
-def project_of(packages: Mapping[str, Path]) -> Path | None:
-    """The folder in which the papers lie, of the packages that count as sources; None if there are none."""
-    return next((folder.parent for name, folder in packages.items() if name != "replication"), None)
-
-
 def parents(module: str) -> Iterator[str]:
     """The packages that enclose a module, the nearest first."""
     while "." in module:
@@ -282,19 +263,9 @@ def parents(module: str) -> Iterator[str]:
         yield module
 
 
-_known: dict[tuple[str, Path, bytes], _Module] = {}
-
-
-def _read(name: str, path: Path) -> _Module:
-    """What a file says; each is read by several trees in one command."""
-    content = path.read_bytes()
-    key = name, path, content
-    if key not in _known:
-        _known[key] = _parsed(name, path, content)
-    return _known[key]
-
-
+@functools.cache
 def _parsed(name: str, path: Path, content: bytes) -> _Module:
+    """What a file says; each is read by several trees in one command."""
     try:
         tree = ast.parse(content, filename=str(path))
     except (SyntaxError, ValueError) as error:
