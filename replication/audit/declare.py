@@ -218,12 +218,11 @@ def contrast(
     corrected: Mapping[str, float],
     printed: Mapping[str, float],
     *,
-    zero: float = ROUNDING,
     wrong: float | None = None,
 ) -> Proof:
-    """A proof by residuals: at most `zero` where corrected, and as printed at least `wrong`, or more than `zero`."""
-    vanish = all(value <= zero for value in corrected.values())
-    remain = all(value > zero if wrong is None else value >= wrong for value in printed.values())
+    """A proof by residuals: rounding where corrected, and as printed at least `wrong`, or more than rounding."""
+    vanish = all(value <= ROUNDING for value in corrected.values())
+    remain = all(value > ROUNDING if wrong is None else value >= wrong for value in printed.values())
     return Proof(holds=vanish and remain, text=text, quantities={**corrected, **printed})
 
 

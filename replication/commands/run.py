@@ -29,8 +29,8 @@ from replication.errors import AuditError
 from replication.ownplant.fields import positive
 
 if TYPE_CHECKING:
-    from replication.audit.run.pool import Compute
     from replication.audit.run.runner import Outcome
+    from replication.audit.run.worker import Compute
     from replication.audit.store.records import ResultsFile
 
 
@@ -73,8 +73,8 @@ def audit(chosen: argparse.Namespace) -> int:
     from replication.audit.declare import unlisted
     from replication.audit.inspect.headline import notes
     from replication.audit.publish.terminal import run_lines
-    from replication.audit.run.pool import Action
     from replication.audit.run.runner import TIMEOUT, run
+    from replication.audit.run.worker import Action
     from replication.audit.store.cache import Cache
     from replication.files import require_writable, unwritable
 
@@ -147,12 +147,12 @@ def _code(results: ResultsFile, failures: Sequence[str]) -> int:
 
 
 def _executor(chosen: argparse.Namespace) -> Compute:
-    from replication.audit.run.pool import processes
+    from replication.audit.run.worker import processes
 
     if chosen.scheduler is None:
         return partial(processes, jobs=chosen.jobs)
     if chosen.jobs is not None:
         raise AuditError("--jobs is for processes of this machine; a cluster has the workers that it has")
-    from replication.audit.run.pool import on_cluster
+    from replication.audit.run.worker import on_cluster
 
     return partial(on_cluster, chosen.scheduler)

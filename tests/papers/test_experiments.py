@@ -27,8 +27,8 @@ from papers.shao.experiments.tracking import SEARCH
 from replication.audit.model import Results
 from replication.audit.parts import Paper
 from replication.audit.run import runner
-from replication.audit.run.pool import Action, processes
 from replication.audit.run.runner import Outcome, _plan, run
+from replication.audit.run.worker import Action, processes
 from replication.audit.store.cache import Cache, Lookup
 from replication.audit.store.provenance import read_environment
 from replication.audit.store.sources import SourceTree, default_packages

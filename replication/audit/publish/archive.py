@@ -39,7 +39,6 @@ from replication.audit.report.templates import environment
 from replication.audit.store.provenance import (
     COMMIT_FILE,
     LOCK,
-    OWN,
     git,
     git_state,
     installed,
@@ -47,7 +46,7 @@ from replication.audit.store.provenance import (
 )
 from replication.audit.store.records import ClaimRecord, ResultsFile, RunRecord, read_results
 from replication.errors import AuditError
-from replication.extras import canonical
+from replication.extras import DISTRIBUTION, canonical
 from replication.files import sha256, write_atomically
 from replication.scaffold import plain_templates
 
@@ -227,11 +226,16 @@ def _sources(root: Path) -> list[str]:
 
 TOOL = "tool"
 """The folder of the wheel: the program is in no index of packages, so it travels with what it audits."""
-PAGE, CONTAINER, WORKFLOW = "REBUILD.md", "Dockerfile", ".github/workflows/replication.yml"
+PAGES = {
+    "REBUILD.md": "rebuild.md.j2",
+    ".github/workflows/replication.yml": "workflow.yml.j2",
+    "Dockerfile": "Dockerfile.j2",
+}
+"""The page for readers, the workflow and the container, with their templates."""
 INSTALL = (f"python -m pip install -r {LOCK}", f"python -m pip install {TOOL}/*.whl")
 RUN = ("replication run", "replication check")
 METADATA = ("METADATA", "WHEEL", "entry_points.txt", "top_level.txt", "licenses/LICENSE")
-NOT_LOCKED = {OWN, "pip", "setuptools", "wheel"}
+NOT_LOCKED = {DISTRIBUTION, "pip", "setuptools", "wheel"}
 BARE = "# Without checksums of the files"
 PATIENCE = 120
 """Seconds that the index may take."""
@@ -249,11 +253,11 @@ def tool_wheel() -> tuple[str, bytes]:
 
     Raises AuditError where the program runs from sources that were never installed.
     """
-    distribution = installed(OWN)
+    distribution = installed(DISTRIBUTION)
     if distribution is None:
         raise AuditError("this program is not installed, so that its wheel cannot be packed; `pip install` its sources")
     package = Path(replication.__file__).parent
-    stem = f"{OWN.replace('-', '_')}-{distribution.version}"
+    stem = f"{DISTRIBUTION.replace('-', '_')}-{distribution.version}"
     files = {
         path.relative_to(package.parent).as_posix(): path.read_bytes()
         for path in package.rglob("*")
@@ -321,26 +325,16 @@ def _hashed(pins: str) -> tuple[str, str]:
     return (process.stdout, "") if process.returncode == 0 else ("", f"{Path(program).stem}: {message[:200]}")
 
 
-def rebuild_texts() -> dict[str, str]:
-    """The page for readers, the workflow and the container, by name."""
-    templates = plain_templates()
-    fields = {
-        "install": INSTALL,
-        "steps": (*INSTALL, *RUN),
-        "python": python_minor(platform.python_version()),
-        "lock": LOCK,
-    }
-    names = {PAGE: "rebuild.md.j2", WORKFLOW: "workflow.yml.j2", CONTAINER: "Dockerfile.j2"}
-    return {name: templates.get_template(template).render(fields) for name, template in names.items()}
-
-
 def rebuild_files(root: Path, *, ask: bool = False) -> dict[str, bytes]:
     """All of it by name, but for what the project has: a wheel in `tool`, a lock, files that a person wrote.
 
     ask: as for `lock_text`.
     """
     lock = "" if (root / LOCK).exists() else lock_text(ask=ask)
-    texts = {LOCK: lock, ".dockerignore": ".cache\n.git\n.venv\n", **rebuild_texts()}
+    python = python_minor(platform.python_version())
+    fields = {"install": INSTALL, "steps": (*INSTALL, *RUN), "python": python, "lock": LOCK}
+    pages = {name: plain_templates().get_template(template).render(fields) for name, template in PAGES.items()}
+    texts = {LOCK: lock, ".dockerignore": ".cache\n.git\n.venv\n", **pages}
     files = {name: text.encode() for name, text in texts.items() if not (root / name).exists()}
     if not list((root / TOOL).glob("*.whl")):
         name, wheel = tool_wheel()

@@ -11,7 +11,7 @@ from replication.audit.judge.policies import once
 from replication.audit.model import Reading, Verdict
 from replication.audit.parts import Paper, Reply
 from replication.audit.publish.linked_data import without_empty
-from replication.audit.run.pool import Action, Step
+from replication.audit.run.worker import Action, Step
 from replication.audit.store.records import CertificateRecord, ClaimRecord, ResultsFile
 from replication.errors import listed
 from replication.verify.predicate import in_words

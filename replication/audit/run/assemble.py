@@ -21,8 +21,7 @@ from replication.audit.model import Claim, Erratum, Evidence, Experiment, Proof,
 from replication.audit.parts import Paper
 from replication.audit.run.chance import copied
 from replication.audit.run.command import VERSION, unseen
-from replication.audit.run.pool import Step
-from replication.audit.run.worker import describe
+from replication.audit.run.worker import Step, describe
 from replication.audit.store.cache import encode
 from replication.audit.store.records import (
     SCHEMA_VERSION,

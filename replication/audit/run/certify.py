@@ -8,8 +8,7 @@ from typing import Any
 import msgspec
 
 from replication.audit.project import read_settings
-from replication.audit.run.pool import processes
-from replication.audit.run.worker import Answer, Task
+from replication.audit.run.worker import Answer, Task, processes
 from replication.audit.store.cache import Dependencies
 from replication.audit.store.sources import default_packages
 from replication.errors import one_of

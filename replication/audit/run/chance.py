@@ -126,7 +126,7 @@ def shared_state(told: Callable[[str], None], ours: Callable[[str], bool]) -> It
     kinds = (list, dict, set, int, float, getattr(sys.modules.get("numpy"), "ndarray", list))
     modules = [module for module in list(sys.modules.values()) if ours(getattr(module, "__file__", None) or "")]
     before: list[tuple[ModuleType, str, Any, Any]] = [
-        (module, name, value, _kept(module.__name__, name, value))
+        (module, name, value, _copy(value))
         for module in modules
         for name, value in vars(module).items()
         if isinstance(value, kinds) and not name.startswith("__")
@@ -142,7 +142,6 @@ def shared_state(told: Callable[[str], None], ours: Callable[[str], bool]) -> It
             if old is None or _same(old, vars(module).get(name)):
                 continue
             told(f"changes {name} of {module.__name__}")
-            del _copies[module.__name__, name]  # of which the value has parts from here on
             if isinstance(value, dict | set):
                 value.clear()
                 value.update(old)
@@ -163,19 +162,11 @@ def _settings() -> Iterator[None]:
         yield
 
 
-_copies: dict[tuple[str, str], tuple[Any, Any]] = {}
-"""The last value that modules had by a name, and its copy: to compare is faster than to copy."""
-
-
-def _kept(module: str, name: str, value: Any) -> Any:
-    """A copy of an array or of plain data, made once while it stays the same; None of what holds something else."""
-    known, copy = _copies.get((module, name), (None, None))
-    if known is not value or not _same(copy, value):
-        copy = None
-        with contextlib.suppress(TypeError):
-            copy = value.copy() if hasattr(value, "shape") else copied(value)
-        _copies[module, name] = value, copy
-    return copy
+def _copy(value: Any) -> Any:
+    """A copy of an array or of plain data; None of what holds something else."""
+    with contextlib.suppress(TypeError):
+        return value.copy() if hasattr(value, "shape") else copied(value)
+    return None
 
 
 def _same(old: Any, now: Any) -> bool:

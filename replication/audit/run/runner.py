@@ -21,10 +21,9 @@ from replication.audit.project import read_settings
 from replication.audit.run.assemble import assemble
 from replication.audit.run.command import execute, held
 from replication.audit.run.draw import Drawings, Drawn
-from replication.audit.run.pool import Action, Compute, Step, processes
 from replication.audit.run.prove import prove
 from replication.audit.run.tracing import labels, state, traced, untraced
-from replication.audit.run.worker import Answer, Task, describe, function_name
+from replication.audit.run.worker import Action, Answer, Compute, Step, Task, describe, function_name, processes
 from replication.audit.store.cache import Cache, Dependencies, Entry, Lookup, encode, solvers_in
 from replication.audit.store.provenance import Environment, loaded, plain, read_environment, run_record
 from replication.audit.store.records import ResultsFile

@@ -22,8 +22,9 @@ from typing import Any
 import replication
 from replication.audit.project import CONFIGURATION
 from replication.audit.run.chance import CLOCK, draws, listen
-from replication.audit.store.provenance import OWN, installed, owners
+from replication.audit.store.provenance import installed, owners
 from replication.audit.store.sources import SourceTree
+from replication.extras import DISTRIBUTION
 from replication.files import sha256
 
 ABSENT = "absent"
@@ -120,7 +121,7 @@ def others(tree: SourceTree, sources: Iterable[str], known: Iterable[str]) -> se
         if path and (label := tree.label(Path(path))) and not label.startswith(f"{replication.__name__}/"):
             files.add(label)
         elif "." not in name and name not in sys.stdlib_module_names:
-            packages |= {f"package:{owner}" for owner in owners().get(name, ()) if owner != OWN}
+            packages |= {f"package:{owner}" for owner in owners().get(name, ()) if owner != DISTRIBUTION}
     return (files - set(sources)) | (packages - {f"package:{name}" for name in known})
 
 

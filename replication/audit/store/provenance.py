@@ -22,11 +22,6 @@ from replication.errors import AuditError
 from replication.extras import DISTRIBUTION, canonical, name_of, required
 from replication.files import sha256
 
-# The installed distributions with which something is computed, and where they differ from the lock
-
-
-OWN = DISTRIBUTION
-"""This program, whose sources count one by one."""
 _PIN = re.compile(r"^([A-Za-z0-9][A-Za-z0-9._-]*)==([^\s;\\#]+)", re.MULTILINE)
 
 
@@ -37,7 +32,7 @@ def loaded(modules: Iterable[str]) -> dict[str, str]:
     names: set[str] = set()
     while waiting:
         name = canonical(waiting.pop())
-        if name in names or name == OWN:
+        if name in names or name == DISTRIBUTION:
             continue
         names.add(name)
         if (known := _known(name)) is not None:
