@@ -9,7 +9,7 @@ from __future__ import annotations
 import inspect
 import sys
 import weakref
-from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from decimal import Decimal
 from functools import partial, partialmethod
@@ -360,7 +360,14 @@ def paper(
         return CELL + one(text.removeprefix(CELL)) if text.startswith(CELL) else str(text)
 
     parts, errata = tuple(parts), tuple(errata)
-    _require_printed(errata, {claim.printed for part in parts for claim in part.claims})
+    prints = {claim.printed for part in parts for claim in part.claims}
+    for erratum in errata:  # a number that was typed beside the printed ones can differ from them
+        typed = not isinstance(erratum.printed, PrintedValue) and erratum.printed not in prints
+        if typed and is_print(erratum.printed):
+            raise AuditError(
+                f"erratum {erratum.id!r} ({erratum.place}) has {erratum.printed!r} as printed, which no claim prints; "
+                "look into the text, and take the number from DATA, the entries of printed.toml"
+            )
     return Paper(
         key=key,
         claims=tuple(
@@ -392,17 +399,6 @@ def _by_title(parts: Iterable[Part]) -> dict[str, list[Part]]:
     for part in parts:
         groups.setdefault(part.title, []).append(part)
     return groups
-
-
-def _require_printed(errata: Iterable[Erratum], prints: Container[str]) -> None:
-    """Raise AuditError for an erratum of a number that was typed beside the printed ones, where it can differ."""
-    for erratum in errata:
-        typed = not isinstance(erratum.printed, PrintedValue) and erratum.printed not in prints
-        if typed and is_print(erratum.printed):
-            raise AuditError(
-                f"erratum {erratum.id!r} ({erratum.place}) has {erratum.printed!r} as printed, which no claim prints; "
-                "look into the text, and take the number from DATA, the entries of printed.toml"
-            )
 
 
 def _said(kind: Kind, printed: str, reading: str, says: Said | Iterable[Said]) -> tuple[Predicate, ...]:

@@ -135,19 +135,16 @@ class CommonLevel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 PLACEHOLDER = re.compile(r"FIXME|TODO|X{4,}|^TITLE$|\bA\. AUTHOR\b|\bIN A SENTENCE\b")
 """What a template or a form leaves to be filled in."""
-_ORCID = re.compile(r"\d{4}-\d{4}-\d{4}-\d{3}[\dX]")
-_CERTIFICATE = re.compile(r"\d{4}-\d{3}")
-_ORCID_ADDRESS = "https://orcid.org/"
 
 
 def plain_orcid(text: str) -> str:
     """The identifier without an address in front; ValueError for one whose check digit (ISO 7064, 11-2) is wrong."""
-    digits = text.removeprefix(_ORCID_ADDRESS)
+    digits = text.removeprefix("https://orcid.org/")
     total = 0
     for digit in digits.replace("-", "")[:-1]:
         total = (total + int(digit)) * 2 if digit.isdigit() else 0
     check = "0123456789X"[(12 - total % 11) % 11]
-    if not _ORCID.fullmatch(digits) or digits[-1] != check:
+    if not re.fullmatch(r"\d{4}-\d{4}-\d{4}-\d{3}[\dX]", digits) or digits[-1] != check:
         raise ValueError(f"the ORCID {text!r} is none; copy it from orcid.org, such as 0000-0002-1825-0097")
     return digits
 
@@ -199,7 +196,7 @@ class Codecheck(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     summary: str = ""
 
     def __post_init__(self) -> None:
-        if self.certificate and not _CERTIFICATE.fullmatch(self.certificate):
+        if self.certificate and not re.fullmatch(r"\d{4}-\d{3}", self.certificate):
             raise ValueError(
                 f"the certificate {self.certificate!r} is no number of the register; write year and number, as 2026-001"
             )

@@ -11,6 +11,7 @@ import inspect
 import multiprocessing.process
 import os
 import random
+import re
 import sys
 import time
 import warnings
@@ -20,7 +21,8 @@ from types import CodeType, FrameType, ModuleType
 from typing import Any
 
 SEEDLESS, CLOCK = "random numbers without a seed", "the clock"
-_RANDOM = ("/random.py", "/secrets.py")
+RANDOM = re.compile(r"/(?:random|secrets)\.py$|/numpy/random/")
+"""The modules that make random numbers."""
 _CLOCKS = tuple(
     f"{name}{unit}"
     for name in ("time", "perf_counter", "monotonic", "process_time", "thread_time")
@@ -202,13 +204,3 @@ def kept_environment() -> Iterator[None]:
 def _processes() -> str:
     """How many processes Python has begun by `multiprocessing`; what they read is not followed."""
     return repr(multiprocessing.process._process_counter)  # type: ignore[attr-defined]
-
-
-def draws(frame: FrameType) -> FrameType | None:
-    """Who asks for random numbers, beyond the modules that make them."""
-    place: FrameType | None = frame
-    while place is not None and (
-        place.f_code.co_filename.endswith(_RANDOM) or "/numpy/random/" in place.f_code.co_filename
-    ):
-        place = place.f_back
-    return place

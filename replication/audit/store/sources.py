@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any, TypeVar, cast
+from typing import Any
 
 import replication
 from replication.audit.project import read_settings
@@ -41,22 +41,6 @@ class _Module:
     dynamic: bool  # whether it imports by a computed name
 
 
-F = TypeVar("F", bound=Callable[..., Any])
-
-
-def _kept(method: F) -> F:
-    """A method of a tree and one name, whose answers the tree keeps."""
-
-    @functools.wraps(method)
-    def asked(tree: SourceTree, name: str) -> Any:
-        answers = tree.kept.setdefault(method.__name__, {})
-        if name not in answers:
-            answers[name] = method(tree, name)
-        return answers[name]
-
-    return cast(F, asked)
-
-
 class SourceTree:
     """The project's packages by name and directory, and whatever these import that no distribution installed.
 
@@ -68,7 +52,9 @@ class SourceTree:
         self.packages = {name: Path(directory).resolve() for name, directory in packages.items()}
         # The folder in which the papers lie.
         self.root = next((folder.parent for name, folder in self.packages.items() if name != "replication"), None)
-        self.kept: dict[str, dict[str, Any]] = {}
+        self._elsewhere: dict[str, Path | None] = {}
+        for name in ("_followed", "_read_with", "_label_at", "_path", "_module", "_imported_by"):
+            setattr(self, name, functools.cache(getattr(self, name)))
 
     def files_of(self, module: str) -> dict[str, str]:
         """SHA-256 by file of `module` and of all that it imports, transitively, lazy imports included.
@@ -91,7 +77,6 @@ class SourceTree:
         names = (name for name in self._followed(module) if not name.startswith(f"{replication.__name__}."))
         return any(source.dynamic for name in names if (source := self._module(name)) is not None)
 
-    @_kept
     def _followed(self, module: str) -> set[str]:
         """The module with all that it imports, directly or not."""
         if self._module(module) is None:
@@ -106,7 +91,6 @@ class SourceTree:
                 waiting.extend(self._imported_by(name))
         return followed
 
-    @_kept
     def _read_with(self, name: str) -> dict[str, str]:
         """SHA-256 of a module, of the data file beside it that has its name, and of those that it names in a string."""
         path, module = self._path(name), self._module(name)
@@ -121,9 +105,7 @@ class SourceTree:
 
     def label(self, path: Path) -> str:
         """`package/inside/file.py` of a path inside a package, `./file` elsewhere in the project; else empty."""
-        elsewhere: dict[str, Path] = {
-            name: place for name, place in self.kept.get("_beside", {}).items() if place is not None
-        }
+        elsewhere = {name: place for name, place in self._elsewhere.items() if place is not None}
         places = {**self.packages, **({} if self.root is None else {".": self.root}), **elsewhere}
         for name, directory in places.items():
             if path.is_relative_to(directory):
@@ -143,7 +125,6 @@ class SourceTree:
         place = self.root if package == "." else self.packages.get(package) or self._place(package)
         return (place or Path(package)) / inside
 
-    @_kept
     def _label_at(self, file: str) -> str:
         """`label` of a path as code notes it."""
         return "" if file.startswith("<") else self.label(Path(file).resolve())
@@ -152,14 +133,14 @@ class SourceTree:
         """`file:line` where a function, partial or callable is defined or `declared`; empty outside the project."""
         while isinstance(function, functools.partial) or hasattr(function, "__wrapped__"):
             if declared := getattr(function, "declared", None):
-                label = self._label_at(declared[0])
-                return f"{label}:{declared[1]}" if label else ""
+                return self._line(*declared)
             function = function.func if isinstance(function, functools.partial) else function.__wrapped__
         code = getattr(function, "__code__", None) or getattr(type(function).__call__, "__code__", None)
-        if code is None:
-            return ""
-        label = self._label_at(code.co_filename)
-        return f"{label}:{code.co_firstlineno}" if label else ""
+        return "" if code is None else self._line(code.co_filename, code.co_firstlineno)
+
+    def _line(self, file: str, number: int) -> str:
+        label = self._label_at(file)
+        return f"{label}:{number}" if label else ""
 
     def mentioned(self, name: str) -> str:
         """` [file:line]` of the first line of a paper that writes a name, with its key or without; else empty."""
@@ -195,7 +176,6 @@ class SourceTree:
             traceback = traceback.tb_next
         return theirs if of_papers else line
 
-    @_kept
     def _path(self, module: str) -> Path | None:
         """The file of a module, or None if the name is no module of the project."""
         package, *inside = module.split(".")
@@ -209,9 +189,12 @@ class SourceTree:
 
     def _place(self, package: str) -> Path | None:
         """The folder of a top-level package, or of a module without its suffix; None if Python or pip brought it."""
-        return self.packages[package] if package in self.packages else self._beside(package)
+        if package in self.packages:
+            return self.packages[package]
+        if package not in self._elsewhere:
+            self._elsewhere[package] = self._beside(package)
+        return self._elsewhere[package]
 
-    @_kept
     def _beside(self, package: str) -> Path | None:
         if self.root is None or not package.isidentifier():
             return None
@@ -229,12 +212,10 @@ class SourceTree:
         file = Path(places[0]) if places else Path(origin).with_suffix("") if origin else None
         return None if file is None or set(_INSTALLED) & set(file.parts) else file.resolve()
 
-    @_kept
     def _module(self, name: str) -> _Module | None:
         path = self._path(name)
         return None if path is None else _parsed(name, path, path.read_bytes())
 
-    @_kept
     def _imported_by(self, name: str) -> tuple[str, ...]:
         module = self._module(name)
         names = []
