@@ -359,7 +359,9 @@ def paper(
     def cell(text: str) -> str:
         return CELL + one(text.removeprefix(CELL)) if text.startswith(CELL) else str(text)
 
-    parts, errata = tuple(parts), tuple(errata)
+    parts, errata, by_title = tuple(parts), tuple(errata), dict[str, list[Part]]()
+    for part in parts:  # what code and what the printed data declare on one section is one item of the scope
+        by_title.setdefault(part.title, []).append(part)
     prints = {claim.printed for part in parts for claim in part.claims}
     for erratum in errata:  # a number that was typed beside the printed ones can differ from them
         typed = not isinstance(erratum.printed, PrintedValue) and erratum.printed not in prints
@@ -381,7 +383,7 @@ def paper(
                 figures=tuple(one(name, "-") for part in same for name in part.figures),
                 reason=" ".join(part.reason for part in same if part.reason),
             )
-            for title, same in _by_title(parts).items()
+            for title, same in by_title.items()
         ),
         experiments=tuple(map(fully, experiments)),
         errata=tuple(fully(entry, printed=_plain(entry.printed), meant=_plain(entry.meant)) for entry in errata),
@@ -391,14 +393,6 @@ def paper(
         ),
         **about,
     )
-
-
-def _by_title(parts: Iterable[Part]) -> dict[str, list[Part]]:
-    """The parts of each title: what code and what the printed data declare on one section is one item of the scope."""
-    groups: dict[str, list[Part]] = {}
-    for part in parts:
-        groups.setdefault(part.title, []).append(part)
-    return groups
 
 
 def _said(kind: Kind, printed: str, reading: str, says: Said | Iterable[Said]) -> tuple[Predicate, ...]:

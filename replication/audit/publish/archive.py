@@ -181,7 +181,9 @@ def _content(root: Path) -> Iterator[tuple[str, tuple[bytes, int]]]:
         raise AuditError(f"files are missing: {', '.join(missing[:5])}; check them out, then `replication run`")
     software = read_software(root)
     added = {name: text.encode() for name, text in register_texts(results, software).items()}
-    added |= {} if brings_the_tool(root) else rebuild_files(root)
+    # A project that holds the sources of this very program needs no wheel of it.
+    within = Path(replication.__file__).resolve().is_relative_to(root.resolve())
+    added |= {} if within and (root / "pyproject.toml").is_file() else rebuild_files(root)
     whole = {**added, **{file.as_posix(): (root / file).read_bytes() for file in described}}
     texts = {f"{EXPORTS}/{name}": text for name, text in export_texts(results, software).items()}
     texts[CRATE] = to_json(filled("crate", results=results, software=software, files=whole))
@@ -243,11 +245,6 @@ EARLIEST, PLAIN = (1980, 1, 1, 0, 0, 0), 0o100644
 """The earliest time that a zip can hold, given to every file, and the mode of one that is not to be run."""
 
 
-def brings_the_tool(root: Path) -> bool:
-    """Whether the project holds the sources of this very program, and so needs no wheel of it."""
-    return Path(replication.__file__).resolve().is_relative_to(root.resolve()) and (root / "pyproject.toml").is_file()
-
-
 def tool_wheel() -> tuple[str, bytes]:
     """Name and bytes of a wheel of this program as it is installed; the same installation gives the same bytes.
 
@@ -265,7 +262,8 @@ def tool_wheel() -> tuple[str, bytes]:
     }
     texts = {f"{stem}.dist-info/{name}": distribution.read_text(name) for name in METADATA}
     files |= {name: text.encode() for name, text in texts.items() if text}
-    lines = [f"{name},sha256={_digest(data)},{len(data)}" for name, data in sorted(files.items())]
+    digests = {name: base64.urlsafe_b64encode(hashlib.sha256(data).digest()) for name, data in sorted(files.items())}
+    lines = [f"{name},sha256={digest.rstrip(b'=').decode()},{len(files[name])}" for name, digest in digests.items()]
     record = f"{stem}.dist-info/RECORD"
     files[record] = "\n".join([*lines, f"{record},,", ""]).encode()
     return f"{TOOL}/{stem}-py3-none-any.whl", zipped({name: (data, PLAIN) for name, data in files.items()})
@@ -280,10 +278,6 @@ def zipped(files: Mapping[str, tuple[bytes, int]]) -> bytes:
             entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, mode << 16
             archive.writestr(entry, data)
     return buffer.getvalue()
-
-
-def _digest(data: bytes) -> str:
-    return base64.urlsafe_b64encode(hashlib.sha256(data).digest()).rstrip(b"=").decode()
 
 
 def lock_text(*, ask: bool = False) -> str:

@@ -176,7 +176,10 @@ def _experiment(state: _Run, paper: Paper, experiment: Experiment) -> Experiment
 
 def _untraced(state: _Run, needs: Iterable[Experiment]) -> tuple[str, ...]:
     """What these experiments did that cannot be followed, and what no one sees of those that are commands."""
-    return tuple(sorted({words for need in needs for words in (*state.computed[need.name].untraced, *unseen(need))}))
+    entries = [(need, state.computed[need.name].entry) for need in needs]
+    return tuple(
+        sorted({words for need, entry in entries for words in (*(entry.untraced if entry else ()), *unseen(need))})
+    )
 
 
 def _behind(paper: Paper, names: Collection[str]) -> Iterator[Experiment]:

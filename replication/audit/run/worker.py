@@ -282,11 +282,6 @@ class Step:
     entry: Entry | None = None
     error: str = ""
 
-    @property
-    def untraced(self) -> tuple[str, ...]:
-        """What it did that cannot be followed."""
-        return self.entry.untraced if self.entry is not None else ()
-
     def __str__(self) -> str:
         text = f"{self.action} {self.name}"
         if self.action is not Action.REUSED:
@@ -338,23 +333,18 @@ def compute_apart(task: bytes) -> bytes:
 
 def fulfil(task: Task) -> Answer:
     """Compute `task` in this process, unless this machine has other sources, Python or packages than it depends on."""
+    package = task.dependencies.function.partition(":")[0].partition(".")[0]
     try:
-        packages = default_packages(_project(task.dependencies.function))
+        spec = importlib.util.find_spec(package)
+        if spec is None or not spec.submodule_search_locations:
+            raise AuditError(f"package {package} is not on this machine; install the project there")
+        packages = default_packages(Path(spec.submodule_search_locations[0]).resolve().parent)
         refusal = _other(task.dependencies, SourceTree(packages))
     except AuditError as error:  # a module or package that only the sender has
         refusal = f"the worker on {os.uname().nodename}: {error}"
     if refusal:
         return Answer(task.name, None, 0.0, refusal)
     return compute(msgspec.structs.replace(task, packages={name: str(folder) for name, folder in packages.items()}))
-
-
-def _project(function: str) -> Path:
-    """The directory on this machine that holds the package of `function`."""
-    package = function.partition(":")[0].partition(".")[0]
-    spec = importlib.util.find_spec(package)
-    if spec is None or not spec.submodule_search_locations:
-        raise AuditError(f"package {package} is not on this machine; install the project there")
-    return Path(spec.submodule_search_locations[0]).resolve().parent
 
 
 def _other(dependencies: Dependencies, sources: SourceTree) -> str:

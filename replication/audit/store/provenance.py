@@ -161,6 +161,7 @@ def python_minor(version: str) -> str:
 def run_record(root: Path, environment: Environment) -> RunRecord:
     """Provenance of a run at `root` in this environment, with the date of SOURCE_DATE_EPOCH where that is set."""
     commit, dirty = git_state(root)
+    libraries = {f"{p['internal_api']} {p['version']} ({p.get('architecture', 'unknown')})" for p in _pools()}
     return RunRecord(
         package_version=replication.__version__,
         date=run_date(),
@@ -170,7 +171,7 @@ def run_record(root: Path, environment: Environment) -> RunRecord:
         python=platform.python_version(),
         packages=environment.versions,
         unlocked=against_lock(environment.versions, root / LOCK),
-        blas=_blas(),
+        blas="; ".join(sorted(libraries)) or "unknown",
         threads=THREADS,
         cpu=_cpu_model(),
         platform=platform.platform(),
@@ -233,12 +234,6 @@ def read_packages(names: Iterable[str]) -> dict[str, str]:
         raise AuditError(
             f"package {error.name} is not installed; install it with pip, in the version of {LOCK} where there is one"
         ) from None
-
-
-def _blas() -> str:
-    """The linear algebra libraries that numpy and scipy loaded, with version and instruction set."""
-    names = {f"{pool['internal_api']} {pool['version']} ({pool.get('architecture', 'unknown')})" for pool in _pools()}
-    return "; ".join(sorted(names)) or "unknown"
 
 
 def kernel() -> str:

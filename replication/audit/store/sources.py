@@ -7,7 +7,7 @@ import functools
 import importlib.util
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -153,17 +153,13 @@ class SourceTree:
             written = [
                 path for path in sorted(files) if path.suffix in (".py", ".toml") and path.name != "coverage.toml"
             ]
+            texts = [(path, path.read_text(encoding="utf-8").splitlines()) for path in written]
+            lines = [(path, number, line) for path, text in texts for number, line in enumerate(text, 1)]
             # In quotes it is a name for sure; a word like another one may stand in any docstring.
             for pattern in (rf"[\"']{word}[\"']", rf"(?<![\w.-]){word}(?![\w-])"):
-                if place := self._first_line(re.compile(pattern), written):
-                    return f" [{place}]"
-        return ""
-
-    def _first_line(self, pattern: re.Pattern[str], files: Iterable[Path]) -> str:
-        for path in files:
-            for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
-                if pattern.search(line):
-                    return f"{self.label(path)}:{number}"
+                for path, number, line in lines:
+                    if re.search(pattern, line):
+                        return f" [{self.label(path)}:{number}]"
         return ""
 
     def last_line(self, traceback: TracebackType | None, *, of_papers: bool = False) -> str:
