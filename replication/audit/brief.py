@@ -68,32 +68,24 @@ class Ticks(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
     offset: int = 0
 
 
-class Curves(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class Picture(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Curves from the table of one figure, over a column of it.
 
-    figure: its name in full. across: column of the abscissa. x, y: what the axes are, with unit. last: end of what is
-    shown.
+    label: its name among others. figure: its name in full. across: column of the abscissa. x, y: what the axes are,
+    with unit. begin: where on the abscissa the slider begins; without it there is none. last: end of what is shown.
+    limit: a height to mark, with its name. claim: the short name of the claim that this picture stands for.
     """
 
+    label: str
     figure: str
     across: str
     x: str
     y: str
     curves: tuple[Curve, ...]
-    last: float | None = None
-
-
-class Picture(Curves, frozen=True, kw_only=True):
-    """Curves that a reader can move.
-
-    label: its name among others. begin: where on the abscissa the slider begins; without it there is none.
-    limit: a height to mark, with its name. claim: the short name of the claim that this picture stands for.
-    """
-
-    label: str
     log_x: bool = False
     log_y: bool = False
     begin: float | None = None
+    last: float | None = None
     limit: tuple[float, str] | None = None
     claim: str = ""
     sensors: tuple[Ticks, ...] = ()
@@ -111,10 +103,20 @@ class Explorer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     moves: str = ""
 
 
-class Traces(Curves, frozen=True, kw_only=True, tag=True):
-    """Curves each with its name and last value at its end, quiet ones for comparison. text: what is drawn."""
+class Traces(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag=True):
+    """Curves from the table of one figure, each with its name and last value at its end.
 
+    figure: its name in full. across: column of the abscissa. x, y: what the axes are, with unit. A quiet curve stands
+    for comparison. text: what is drawn. last: end of what is shown.
+    """
+
+    figure: str
+    across: str
+    x: str
+    y: str
+    curves: tuple[Curve, ...]
     text: str = ""
+    last: float | None = None
 
 
 class Pair(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

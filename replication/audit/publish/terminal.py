@@ -66,23 +66,17 @@ def unproved(results: ResultsFile) -> tuple[CertificateRecord, ...]:
 
 
 def errors(results: ResultsFile) -> tuple[str, ...]:
-    """Whatever in the file ended in an error instead of an answer, with the error."""
+    """Whatever in the file ended in an error instead of an answer, with the error; once, however many claims met it."""
     others = results.named("experiment", "erratum", "figure")
     lines = [f"{sort} {name}: {record.error}" for (sort, name), record in others if record.error]
-    return (*lines, *_claims(results.claims))
-
-
-def _claims(claims: Iterable[ClaimRecord]) -> Iterator[str]:
-    """A line for each error, however many claims ended in it; where each of them met it then matters no longer."""
     reasons: dict[str, list[ClaimRecord]] = {}
-    for claim in claims:
+    for claim in results.claims:
         if claim.verdict is Verdict.ERROR:
             reasons.setdefault(_PLACE.sub("", claim.judgement.reason), []).append(claim)
-    for reason, same in reasons.items():
-        if len(same) == 1:
-            yield f"claim {same[0].id}: {same[0].judgement.reason}"
-        else:
-            yield f"claims {listed([claim.id for claim in same])}: {reason}"
+    for reason, (first, *more) in reasons.items():  # where each of several met it matters no longer
+        ids = [claim.id for claim in (first, *more)]
+        lines.append(f"claims {listed(ids)}: {reason}" if more else f"claim {first.id}: {first.judgement.reason}")
+    return tuple(lines)
 
 
 def list_lines(papers: Sequence[Paper], records: Mapping[str, ClaimRecord]) -> Iterator[str]:

@@ -303,6 +303,7 @@ def on_cluster(address: str, tasks: Sequence[Task]) -> Iterator[Answer]:
     """
     try:
         from distributed import as_completed
+        from distributed.scheduler import KilledWorker
     except ModuleNotFoundError:
         raise AuditError("a cluster needs Dask: `pip install distributed`, or the extra `dask`") from None
     client = _connect(address)
@@ -311,7 +312,11 @@ def on_cluster(address: str, tasks: Sequence[Task]) -> Iterator[Answer]:
         for task in tasks:
             futures[client.submit(compute_apart, msgspec.json.encode(task), pure=False)] = task.name
         for future in as_completed(futures, loop=client.loop):
-            yield _answer(futures[future], future)
+            try:
+                answer = msgspec.json.decode(future.result(), type=Answer)
+            except KilledWorker as error:  # one worker after another died over the same task
+                answer = Answer("", None, 0.0, f"{KILLED} ({error})")
+            yield msgspec.structs.replace(answer, name=futures[future])
     finally:
         client.cancel(list(futures), force=True)
         client.close()
@@ -376,17 +381,6 @@ def _connect(address: str) -> Any:
         client.close()
         raise AuditError(f"the scheduler at {address!r} has no worker; start some with `dask worker`") from None
     return client
-
-
-def _answer(name: str, future: Any) -> Answer:
-    """The answer that a future holds; the death of one worker after another over the same task is its failure."""
-    from distributed.scheduler import KilledWorker
-
-    try:
-        answer = msgspec.json.decode(future.result(), type=Answer)
-    except KilledWorker as error:
-        return Answer(name, None, 0.0, f"{KILLED} ({error})")
-    return msgspec.structs.replace(answer, name=name)
 
 
 def _main() -> None:
