@@ -108,11 +108,11 @@ $(ALL): EXTRAS := estimation proofs notebooks docs dask dev
 
 # First the part of the lock that is needed, with versions and hashes: it is whole, so pip asks no index what else there is (an
 # old pip takes `coverage[toml]` of a newer release for another package). Then the project itself, from its own folder.
-$(REPORT) $(TUTORIALS) $(ALL): requirements.lock pyproject.toml replication/locked.py
+$(REPORT) $(TUTORIALS) $(ALL): requirements.lock pyproject.toml replication/extras.py
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { echo \
 	  "Python 3.11 or later is needed, $(PYTHON) is $$($(PYTHON) --version 2>&1); try: make PYTHON=python3.12" >&2; exit 1; }
 	test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m replication.locked $(EXTRAS) > $@.lock
+	$(BIN)/python -m replication.extras $(EXTRAS) > $@.lock
 	$(PIP) install --quiet --no-deps --require-hashes -r $@.lock
 	$(PIP) install --quiet --no-build-isolation --no-deps --config-settings editable_mode=compat --editable .
 	touch $@

@@ -9,8 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import replication
-from replication.commands import all_commands
-from replication.commands.shared import BAD_INPUT, FAULT, INTERRUPTED
+from replication.commands import BAD_INPUT, FAULT, INTERRUPTED, all_commands
 from replication.errors import InvalidInputError, ReplicationError
 from replication.extras import missing, told
 

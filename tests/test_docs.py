@@ -17,11 +17,11 @@ from replication.audit.declare import Evidence, Further, Part
 from replication.audit.inspect.coverage import ASIDE, FACTS, ITEMS
 from replication.audit.model import Claim, Kind
 from replication.audit.numbers import Stated, numbers
-from replication.audit.people import Reply
+from replication.audit.parts import Reply
 from replication.cli import main
 from replication.commands import all_commands
 from replication.errors import InvalidInputError
-from replication.scaffold.make import scaffold
+from replication.scaffold import scaffold
 
 ROOT = Path(__file__).parents[1]
 GUIDE = (ROOT / "docs" / "adding-a-paper.md").read_text(encoding="utf-8")

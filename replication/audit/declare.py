@@ -9,7 +9,7 @@ from __future__ import annotations
 import inspect
 import sys
 import weakref
-from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from decimal import Decimal
 from functools import partial, partialmethod
@@ -218,12 +218,11 @@ def contrast(
     corrected: Mapping[str, float],
     printed: Mapping[str, float],
     *,
-    zero: float = ROUNDING,
     wrong: float | None = None,
 ) -> Proof:
-    """A proof by residuals: at most `zero` where corrected, and as printed at least `wrong`, or more than `zero`."""
-    vanish = all(value <= zero for value in corrected.values())
-    remain = all(value > zero if wrong is None else value >= wrong for value in printed.values())
+    """A proof by residuals: rounding where corrected, and as printed at least `wrong`, or more than rounding."""
+    vanish = all(value <= ROUNDING for value in corrected.values())
+    remain = all(value > ROUNDING if wrong is None else value >= wrong for value in printed.values())
     return Proof(holds=vanish and remain, text=text, quantities={**corrected, **printed})
 
 
@@ -360,8 +359,17 @@ def paper(
     def cell(text: str) -> str:
         return CELL + one(text.removeprefix(CELL)) if text.startswith(CELL) else str(text)
 
-    parts, errata = tuple(parts), tuple(errata)
-    _require_printed(errata, {claim.printed for part in parts for claim in part.claims})
+    parts, errata, by_title = tuple(parts), tuple(errata), dict[str, list[Part]]()
+    for part in parts:  # what code and what the printed data declare on one section is one item of the scope
+        by_title.setdefault(part.title, []).append(part)
+    prints = {claim.printed for part in parts for claim in part.claims}
+    for erratum in errata:  # a number that was typed beside the printed ones can differ from them
+        typed = not isinstance(erratum.printed, PrintedValue) and erratum.printed not in prints
+        if typed and is_print(erratum.printed):
+            raise AuditError(
+                f"erratum {erratum.id!r} ({erratum.place}) has {erratum.printed!r} as printed, which no claim prints; "
+                "look into the text, and take the number from DATA, the entries of printed.toml"
+            )
     return Paper(
         key=key,
         claims=tuple(
@@ -375,7 +383,7 @@ def paper(
                 figures=tuple(one(name, "-") for part in same for name in part.figures),
                 reason=" ".join(part.reason for part in same if part.reason),
             )
-            for title, same in _by_title(parts).items()
+            for title, same in by_title.items()
         ),
         experiments=tuple(map(fully, experiments)),
         errata=tuple(fully(entry, printed=_plain(entry.printed), meant=_plain(entry.meant)) for entry in errata),
@@ -385,25 +393,6 @@ def paper(
         ),
         **about,
     )
-
-
-def _by_title(parts: Iterable[Part]) -> dict[str, list[Part]]:
-    """The parts of each title: what code and what the printed data declare on one section is one item of the scope."""
-    groups: dict[str, list[Part]] = {}
-    for part in parts:
-        groups.setdefault(part.title, []).append(part)
-    return groups
-
-
-def _require_printed(errata: Iterable[Erratum], prints: Container[str]) -> None:
-    """Raise AuditError for an erratum of a number that was typed beside the printed ones, where it can differ."""
-    for erratum in errata:
-        typed = not isinstance(erratum.printed, PrintedValue) and erratum.printed not in prints
-        if typed and is_print(erratum.printed):
-            raise AuditError(
-                f"erratum {erratum.id!r} ({erratum.place}) has {erratum.printed!r} as printed, which no claim prints; "
-                "look into the text, and take the number from DATA, the entries of printed.toml"
-            )
 
 
 def _said(kind: Kind, printed: str, reading: str, says: Said | Iterable[Said]) -> tuple[Predicate, ...]:

@@ -200,7 +200,7 @@ def _prints(path: Path, where: str, claim: Stated) -> Any:
         return value
     if not claim.place or not (claim.printed or claim.reason):
         raise AuditError(f'{where} {claim.id}: give place and printed, or printed = "data:NAME" of printed.toml')
-    table = {"place": claim.place, "value": claim.printed or "-", "unit": claim.unit, "note": claim.note}
+    table = {"place": claim.place, "value": claim.printed, "unit": claim.unit, "note": claim.note}
     try:
         return printed_values(path, {claim.id: table})[claim.id] if claim.printed else ""
     except AuditError as error:

@@ -18,8 +18,7 @@ import msgspec
 
 from replication.audit.data import converted, line_of_field, read_tables
 from replication.audit.inspect.coverage import read_coverage, tallied
-from replication.audit.parts import Paper
-from replication.audit.people import Codecheck, Named, Reply
+from replication.audit.parts import Codecheck, Named, Paper, Reply
 from replication.errors import AuditError, ReplicationError, meant, one_of
 from replication.extras import told
 from replication.files import sha256

@@ -7,8 +7,7 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-from replication.commands import command
-from replication.commands.shared import FAILED, FINE, say
+from replication.commands import FAILED, FINE, command, say
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.ownplant.methods import METHODS, forget
 

@@ -7,8 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from replication.commands import command, option
-from replication.commands.shared import DIFFERENT, FINE, here, say
+from replication.commands import DIFFERENT, FINE, command, here, option, say
 from replication.errors import InvalidInputError
 
 if TYPE_CHECKING:
@@ -32,14 +31,14 @@ page REBUILD.md, a lock of the packages that are installed here, and this progra
 def new(chosen: argparse.Namespace) -> int:
     """Write the files and name them; `--ci` alone completes a project that has the paper."""
     from replication.audit.project import read_settings, root_above
-    from replication.scaffold.make import scaffold
+    from replication.scaffold import scaffold
 
     root = root_above(Path.cwd()) or Path.cwd()
     exists = (root / read_settings(root).papers / chosen.key).is_dir()
     if not (chosen.ci and exists):
         say(map(str, scaffold(chosen.key, root, tables=chosen.tables)))
     if chosen.ci:
-        from replication.audit.publish.rebuild import BARE, rebuild_files
+        from replication.audit.publish.archive import BARE, rebuild_files
         from replication.audit.store.provenance import LOCK
         from replication.files import write_atomically
 

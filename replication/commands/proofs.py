@@ -3,8 +3,7 @@
 import argparse
 from pathlib import Path
 
-from replication.commands import command, option
-from replication.commands.shared import DIFFERENT, FINE, jobs, project_root, say
+from replication.commands import DIFFERENT, FINE, command, jobs, option, project_root, say
 from replication.verify.workers import add_jobs
 
 

@@ -11,14 +11,26 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from replication.commands import command, option
-from replication.commands.shared import DIFFERENT, FAILED, FINE, figures, here, jobs, output, say, say_report, tutorials
+from replication.commands import (
+    DIFFERENT,
+    FAILED,
+    FINE,
+    command,
+    figures,
+    here,
+    jobs,
+    option,
+    output,
+    say,
+    say_report,
+    tutorials,
+)
 from replication.errors import AuditError
 from replication.ownplant.methods import positive
 
 if TYPE_CHECKING:
-    from replication.audit.run.pool import Compute
     from replication.audit.run.runner import Outcome
+    from replication.audit.run.worker import Compute
     from replication.audit.store.records import ResultsFile
 
 
@@ -61,8 +73,8 @@ def audit(chosen: argparse.Namespace) -> int:
     from replication.audit.declare import unlisted
     from replication.audit.inspect.headline import notes
     from replication.audit.publish.terminal import run_lines
-    from replication.audit.run.pool import Action
     from replication.audit.run.runner import TIMEOUT, run
+    from replication.audit.run.worker import Action
     from replication.audit.store.cache import Cache
     from replication.files import require_writable, unwritable
 
@@ -135,12 +147,12 @@ def _code(results: ResultsFile, failures: Sequence[str]) -> int:
 
 
 def _executor(chosen: argparse.Namespace) -> Compute:
-    from replication.audit.run.pool import processes
+    from replication.audit.run.worker import processes
 
     if chosen.scheduler is None:
         return partial(processes, jobs=chosen.jobs)
     if chosen.jobs is not None:
         raise AuditError("--jobs is for processes of this machine; a cluster has the workers that it has")
-    from replication.audit.run.cluster import on_cluster
+    from replication.audit.run.worker import on_cluster
 
     return partial(on_cluster, chosen.scheduler)

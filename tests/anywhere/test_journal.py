@@ -18,7 +18,7 @@ import pytest
 import yaml
 from lab import committed
 
-from replication.audit.publish.rebuild import INSTALL, RUN
+from replication.audit.publish.archive import INSTALL, RUN
 from replication.extras import EXTRAS
 from tests.anywhere.conftest import ROOT, Stranger, bare, environment, verdicts
 from tests.patience import PATIENCE

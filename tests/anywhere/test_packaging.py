@@ -18,8 +18,7 @@ import papers
 import replication
 from replication.audit.project import read_settings
 from replication.audit.publish.linked_data import read_software
-from replication.extras import EXTRAS
-from replication.locked import declared, part
+from replication.extras import EXTRAS, declared, part
 from tests.anywhere.conftest import Stranger, environment
 
 ROOT = Path(__file__).parents[2]
@@ -190,7 +189,7 @@ def test_help_lists_every_target() -> None:
 
 def test_too_old_a_python_is_named_before_anything_is_installed(tmp_path: Path) -> None:
     (tmp_path / "replication").mkdir()
-    for name in ("Makefile", "requirements.lock", "pyproject.toml", "replication/locked.py"):
+    for name in ("Makefile", "requirements.lock", "pyproject.toml", "replication/extras.py"):
         shutil.copy(ROOT / name, tmp_path / name)
     old = tmp_path / "python2.7"
     old.write_text('#!/bin/sh\n[ "$1" = --version ] && echo "Python 2.7.18" && exit 0\nexit 1\n', encoding="utf-8")

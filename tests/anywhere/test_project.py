@@ -8,7 +8,7 @@ import pytest
 
 from replication.audit.project import CONFIGURATION, Settings, find_project, read_settings
 from replication.errors import AuditError
-from replication.scaffold.make import scaffold
+from replication.scaffold import scaffold
 
 
 def configured(root: Path, text: str) -> Path:

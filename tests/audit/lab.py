@@ -36,7 +36,7 @@ from pathlib import Path
 from lab import told
 from replication.audit.project import find_project
 from replication.audit.store.cache import Cache
-from replication.audit.run.pool import processes
+from replication.audit.run.worker import processes
 from functools import partial
 from replication.audit.run.runner import run
 options = json.loads(sys.argv[1])

@@ -23,7 +23,7 @@ ORDER = """
 import msgspec, papers
 from pathlib import Path
 from replication.audit.store.cache import Cache
-from replication.audit.run.pool import processes
+from replication.audit.run.worker import processes
 from replication.audit.run.runner import run
 
 def spy(tasks):
@@ -111,10 +111,10 @@ def test_worker_with_other_sources_refuses(lab: Lab) -> None:
 
 SOON = """
 import contextlib, io, json, sys
-from replication.audit.run import cluster
+from replication.audit.run import worker
 from replication.cli import main
-assert cluster.TIMEOUT > 1
-cluster.TIMEOUT = 1
+assert worker.CONNECTING > 1
+worker.CONNECTING = 1
 for words in json.loads(sys.argv[1]):
     with contextlib.redirect_stderr(io.StringIO()) as told:
         code = main(["run", *words])
@@ -137,7 +137,7 @@ def test_wrong_options_say_what_to_do(lab: Lab) -> None:
 
 
 def fulfilled(lab: Lab, order: str) -> Any:
-    command = [sys.executable, "-m", "replication.audit.run.cluster", str(os.getpid())]
+    command = [sys.executable, "-m", "replication.audit.run.worker", str(os.getpid())]
     done = subprocess.run(command, cwd=lab.root, env=lab.environment(), input=order, capture_output=True, text=True)
     return json.loads(done.stdout)
 

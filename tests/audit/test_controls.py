@@ -21,7 +21,7 @@ from replication.audit.parts import Paper, Sensitivity
 from replication.audit.report.claim import targets
 from replication.audit.report.sections import lineages, rooms
 from replication.audit.run.assemble import assemble
-from replication.audit.run.pool import Action, Step
+from replication.audit.run.worker import Action, Step
 from replication.audit.store.cache import Dependencies, Entry
 from replication.audit.store.records import ResultsFile
 from replication.audit.store.sources import SourceTree

@@ -17,12 +17,12 @@ import pytest
 from cases import altered
 from lab import Inside, committed, make_inside
 
-from replication.audit.publish import archive, rebuild
+from replication.audit.publish import archive
 from replication.audit.publish.archive import archive_name, badge, changed_files, export_texts, unfilled
 from replication.audit.publish.linked_data import Person, media_type, read_software
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
-from replication.scaffold.make import scaffold
+from replication.scaffold import scaffold
 
 ROOT = Path(__file__).parents[2]
 
@@ -226,9 +226,9 @@ def test_a_folder_that_git_does_not_know_is_not_packed(tmp_path: Path) -> None:
 def test_a_lock_has_checksums_or_says_why_not(program: str | None, code: int, told: str, second: str) -> None:
     done = SimpleNamespace(returncode=code, stdout="numpy==1 --hash=sha256:0\n", stderr=told)
     with (
-        patch.object(rebuild.shutil, "which", lambda name, path: program if program and name in program else None),
-        patch.object(rebuild.subprocess, "run", return_value=done) as asked,
+        patch.object(archive.shutil, "which", lambda name, path: program if program and name in program else None),
+        patch.object(archive.subprocess, "run", return_value=done) as asked,
     ):
-        lines = [line for line in rebuild.lock_text(ask=True).splitlines() if "from no index" not in line]
+        lines = [line for line in archive.lock_text(ask=True).splitlines() if "from no index" not in line]
     assert lines[1] == second and asked.call_count == (program is not None)
     assert ("numpy==1" in lines[1]) or any(re.match("numpy==[0-9.]+$", line) for line in lines)

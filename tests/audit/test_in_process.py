@@ -21,9 +21,9 @@ from replication.audit.report.claim import views
 from replication.audit.report.told import _targets
 from replication.audit.run import certify, worker
 from replication.audit.run.assemble import assemble
-from replication.audit.run.pool import Action, Step, processes
 from replication.audit.run.runner import _longest_first
 from replication.audit.run.tracing import traced
+from replication.audit.run.worker import Action, Step, processes
 from replication.audit.store.cache import Dependencies, Entry
 from replication.audit.store.records import CertificateRecord, ClaimRecord, ResultsFile, unlike
 from replication.audit.store.sources import SourceTree

@@ -16,7 +16,7 @@ from replication.audit.judge.verdict import plain
 from replication.audit.model import Evidence, Kind, Verdict
 from replication.audit.run.chance import shared_state
 from replication.errors import AuditError
-from replication.scaffold.make import scaffold
+from replication.scaffold import scaffold
 
 CLAIMS = "toy2020/claims.py"
 AT = r" \[papers/toy2020/claims\.py:\d+\]"

@@ -15,10 +15,9 @@ import pytest
 import yaml
 from msgspec.structs import replace
 
-from replication.audit.people import Codecheck, Named, Reply, plain_orcid
+from replication.audit.parts import Codecheck, Named, Reply, plain_orcid
 from replication.audit.project import Settings, read_settings
-from replication.audit.publish.linked_data import Person, Software
-from replication.audit.publish.registers import codecheck, register_texts, unmet, write_registers
+from replication.audit.publish.linked_data import Person, Software, codecheck, register_texts, unmet, write_registers
 from replication.audit.store.records import PaperRecord, ResultsFile
 from replication.errors import AuditError
 

@@ -27,8 +27,7 @@ from replication.audit.judge.policies import once
 from replication.audit.judge.printed import parse
 from replication.audit.judge.verdict import SMALLEST_PROBABILITY, SMALLEST_PROBABILITY_REASON
 from replication.audit.model import Evidence, How, Kind, OverInputs, Policy, Verdict
-from replication.audit.parts import Table
-from replication.audit.people import Reply
+from replication.audit.parts import Reply, Table
 from replication.audit.publish.linked_data import filled
 from replication.audit.report.claim import anchor, targets, views
 from replication.audit.report.page import build_report, render

@@ -254,15 +254,15 @@ def test_an_interrupted_run_leaves_no_process_and_resumes(
 
 def test_ctrl_c_while_processes_begin_is_not_lost() -> None:
     """It comes as soon as a result is stored, when the next task is handed out; the processes do not hear it."""
-    from replication.audit.run import pool
+    from replication.audit.run import worker
 
     ask = "import signal; print(signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, ()))"
     before, lost = signal.signal(signal.SIGINT, signal.default_int_handler), []
     try:
-        with pool._deaf_children():
+        with worker._deaf_children():
             child = subprocess.run([sys.executable, "-c", ask], capture_output=True, text=True, timeout=PATIENCE)
         with pytest.raises(KeyboardInterrupt):
-            with pool._deaf_children():
+            with worker._deaf_children():
                 os.kill(os.getpid(), signal.SIGINT)
             lost.append("not heard")
     finally:
@@ -290,12 +290,12 @@ def test_the_precision_of_mpmath_is_put_back(monkeypatch: pytest.MonkeyPatch) ->
 def test_no_process_of_a_run_hears_ctrl_c() -> None:
     """Also the first ones, with which a process of another kind begins; the one that runs them hears it again."""
     program = (
-        "import os, signal\nfrom replication.audit.run import pool\nasked = signal.SIG_BLOCK, ()\n"
-        "executor, answers = pool._executor(2), []\nfor _ in range(4):\n    with pool._deaf_children():\n"
+        "import os, signal\nfrom replication.audit.run import worker\nasked = signal.SIG_BLOCK, ()\n"
+        "executor, answers = worker._executor(2), []\nfor _ in range(4):\n    with worker._deaf_children():\n"
         "        answers.append(executor.submit(signal.pthread_sigmask, *asked))\n"
         "blocked = [*(answer.result() for answer in answers), signal.pthread_sigmask(*asked)]\n"
         "print([signal.SIGINT in signals for signals in blocked])\n"
-        "pool._end(executor)\n"
+        "worker._end(executor)\n"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=PATIENCE)
     assert (done.stdout, done.stderr) == ("[True, True, True, True, False]\n", "")
@@ -303,12 +303,12 @@ def test_no_process_of_a_run_hears_ctrl_c() -> None:
 
 def test_processes_end_where_nothing_lists_their_children(monkeypatch: pytest.MonkeyPatch) -> None:
     """Small containers have no `pgrep`; joblib would then wait for minutes."""
-    from replication.audit.run import pool
+    from replication.audit.run import worker
 
-    monkeypatch.setattr(pool.shutil, "which", lambda name: None)
-    monkeypatch.setattr(pool.importlib.util, "find_spec", lambda name: None)
-    executor = pool._executor(1)
+    monkeypatch.setattr(worker.shutil, "which", lambda name: None)
+    monkeypatch.setattr(worker.importlib.util, "find_spec", lambda name: None)
+    executor = worker._executor(1)
     executor.submit(time.sleep, 2 * PATIENCE)
     (process,) = executor._processes.values()
-    pool._end(executor)
+    worker._end(executor)
     assert process.exitcode == -signal.SIGKILL

@@ -11,7 +11,6 @@ from typing import Any
 import papers
 from replication.audit.model import Experiment
 from replication.audit.run.runner import Plan, _finish, _plan
-from replication.audit.run.tracing import state
 from replication.audit.run.worker import compute
 from replication.audit.store.cache import Cache
 from replication.audit.store.provenance import Environment, read_environment
@@ -45,11 +44,7 @@ def _stored(name: str) -> str:
     (store,), (environment, sources) = STORE, _project()
 
     def planned() -> Plan:
-        places, lookup = (
-            (ROOT, store.files),
-            functools.partial(store.lookup, now=functools.partial(state, tree=sources)),
-        )
-        return _plan([_experiments()[name]], [], places, environment, lookup, sources, PATIENCE)[name]
+        return _plan([_experiments()[name]], {}, ROOT, store, environment, sources, PATIENCE)[name]
 
     plan = planned()
     if plan[1].entry is None:

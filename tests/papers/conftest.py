@@ -9,8 +9,8 @@ import computed
 import pytest
 
 import papers
-from replication.audit.run.pool import processes
 from replication.audit.run.runner import Outcome, run
+from replication.audit.run.worker import processes
 from replication.audit.store.cache import Cache
 
 

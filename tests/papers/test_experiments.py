@@ -27,8 +27,8 @@ from papers.shao.experiments.tracking import SEARCH
 from replication.audit.model import Results
 from replication.audit.parts import Paper
 from replication.audit.run import runner
-from replication.audit.run.pool import Action, processes
 from replication.audit.run.runner import Outcome, _plan, run
+from replication.audit.run.worker import Action, processes
 from replication.audit.store.cache import Cache, Lookup
 from replication.audit.store.provenance import read_environment
 from replication.audit.store.sources import SourceTree, default_packages
@@ -41,8 +41,7 @@ NAME = "shao.motor"
 def lookup(paper: Paper) -> Lookup:
     sources = SourceTree(default_packages(ROOT))
     (experiment,) = (one for one in paper.experiments if one.name == NAME)
-    places, environment = (ROOT, STORE[0].files), read_environment(ROOT)
-    return _plan([experiment], [], places, environment, STORE[0].lookup, sources, PATIENCE)[NAME][1]
+    return _plan([experiment], {}, ROOT, STORE[0], read_environment(ROOT), sources, PATIENCE)[NAME][1]
 
 
 def test_a_run_reuses_what_a_test_has_computed() -> None:

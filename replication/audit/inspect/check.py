@@ -18,9 +18,8 @@ from replication.audit.judge.verdict import rejudge
 from replication.audit.model import Experiment, Judgement, StatedClaim, Verdict
 from replication.audit.parts import Paper
 from replication.audit.run.draw import checksums
-from replication.audit.run.pool import Action
 from replication.audit.run.runner import Outcome, run
-from replication.audit.run.worker import Answer, Task, function_name
+from replication.audit.run.worker import Action, Answer, Task, function_name
 from replication.audit.store.cache import Cache, encode
 from replication.audit.store.provenance import THREADS, Environment, python_minor
 from replication.audit.store.records import (

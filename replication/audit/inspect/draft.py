@@ -15,9 +15,9 @@ from pathlib import Path
 from replication import scaffold
 from replication.audit.inspect.coverage import NUMERAL
 from replication.audit.judge.printed import is_print
-from replication.audit.publish.rebuild import plain_templates
 from replication.errors import InvalidInputError
 from replication.files import read_text, write_atomically
+from replication.scaffold import plain_templates
 
 FILES = ("printed.draft.toml", "coverage.draft.toml")
 _NUMBER = r"(?:[0-9]+(?:,[0-9]{3})*(?:\.[0-9]+)?|(?<![0-9A-Za-z])\.[0-9]+)"

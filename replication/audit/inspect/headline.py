@@ -24,9 +24,9 @@ from replication.audit.judge.printed import Printed, flat, has_uncertainty
 from replication.audit.judge.verdict import rejudge
 from replication.audit.model import AGREES, CORRECTED, DISAGREES, NO_READING, NUMERIC, Kind, Policy, Verdict
 from replication.audit.parts import Paper
-from replication.audit.publish.rebuild import plain_templates
 from replication.audit.store.records import ClaimRecord, ErratumRecord, ResultsFile
 from replication.errors import AuditError, listed
+from replication.scaffold import plain_templates
 
 
 class Basis(StrEnum):

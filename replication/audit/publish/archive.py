@@ -2,23 +2,53 @@
 
 Unpacked, it is a project like the one that it came from, with this program as a wheel and REBUILD.md, the way to run it
 beside nothing but Python. `replication run` rebuilds it, `replication artifact` packs it again, and `sha256sum -c
-SHA256SUMS` or `python -m replication artifact --check DIR` tells whether any file was changed.
+SHA256SUMS` or `python -m replication artifact --check DIR` tells whether any file was changed. `replication new --ci`
+writes the same wheel, lock and steps for a service that runs the audit at each change; the steps stand here once, and
+the page for readers, the workflow and the container are made of them.
 """
 
+import base64
+import hashlib
+import io
+import json
+import os
+import platform
 import re
-from collections.abc import Iterable, Iterator
+import shutil
+import subprocess
+import sys
+import zipfile
+from collections.abc import Iterable, Iterator, Mapping
+from importlib import metadata
 from pathlib import Path, PurePosixPath
 
+import replication
 from replication.audit.inspect.headline import tally
-from replication.audit.publish.linked_data import CITATION, Software, filled, read_software, to_json
-from replication.audit.publish.rebuild import PLAIN, brings_the_tool, rebuild_files, zipped
-from replication.audit.publish.registers import CODECHECK, MARK, register_texts
+from replication.audit.publish.linked_data import (
+    CITATION,
+    CODECHECK,
+    MARK,
+    Software,
+    filled,
+    read_software,
+    register_texts,
+    to_json,
+)
 from replication.audit.report.claim import standing
 from replication.audit.report.templates import environment
-from replication.audit.store.provenance import COMMIT_FILE, git, git_state
+from replication.audit.store.provenance import (
+    COMMIT_FILE,
+    LOCK,
+    git,
+    git_state,
+    installed,
+    python_minor,
+)
 from replication.audit.store.records import ClaimRecord, ResultsFile, RunRecord, read_results
 from replication.errors import AuditError
+from replication.extras import DISTRIBUTION, canonical
 from replication.files import sha256, write_atomically
+from replication.scaffold import plain_templates
 
 TICK, CROSS, DIAMOND = "M4 10.5l3.5 3.5l6-8", "M4.5 5.5l8 8m0-8l-8 8", "M8.5 5.5l4.5 4.5l-4.5 4.5l-4.5-4.5z"
 GOOD, SOME, BAD = ("#0b6b46", TICK), ("#8a5200", DIAMOND), ("#a11d2f", CROSS)
@@ -151,7 +181,9 @@ def _content(root: Path) -> Iterator[tuple[str, tuple[bytes, int]]]:
         raise AuditError(f"files are missing: {', '.join(missing[:5])}; check them out, then `replication run`")
     software = read_software(root)
     added = {name: text.encode() for name, text in register_texts(results, software).items()}
-    added |= {} if brings_the_tool(root) else rebuild_files(root)
+    # A project that holds the sources of this very program needs no wheel of it.
+    within = Path(replication.__file__).resolve().is_relative_to(root.resolve())
+    added |= {} if within and (root / "pyproject.toml").is_file() else rebuild_files(root)
     whole = {**added, **{file.as_posix(): (root / file).read_bytes() for file in described}}
     texts = {f"{EXPORTS}/{name}": text for name, text in export_texts(results, software).items()}
     texts[CRATE] = to_json(filled("crate", results=results, software=software, files=whole))
@@ -192,3 +224,113 @@ def _sources(root: Path) -> list[str]:
     if edited:
         raise AuditError(f"sources of this archive were changed ({edited[0]}); pack from a git checkout")
     return [name for name in packed if not name.startswith(f"{EXPORTS}/")]
+
+
+TOOL = "tool"
+"""The folder of the wheel: the program is in no index of packages, so it travels with what it audits."""
+PAGES = {
+    "REBUILD.md": "rebuild.md.j2",
+    ".github/workflows/replication.yml": "workflow.yml.j2",
+    "Dockerfile": "Dockerfile.j2",
+}
+"""The page for readers, the workflow and the container, with their templates."""
+INSTALL = (f"python -m pip install -r {LOCK}", f"python -m pip install {TOOL}/*.whl")
+RUN = ("replication run", "replication check")
+METADATA = ("METADATA", "WHEEL", "entry_points.txt", "top_level.txt", "licenses/LICENSE")
+NOT_LOCKED = {DISTRIBUTION, "pip", "setuptools", "wheel"}
+BARE = "# Without checksums of the files"
+PATIENCE = 120
+"""Seconds that the index may take."""
+EARLIEST, PLAIN = (1980, 1, 1, 0, 0, 0), 0o100644
+"""The earliest time that a zip can hold, given to every file, and the mode of one that is not to be run."""
+
+
+def tool_wheel() -> tuple[str, bytes]:
+    """Name and bytes of a wheel of this program as it is installed; the same installation gives the same bytes.
+
+    Raises AuditError where the program runs from sources that were never installed.
+    """
+    distribution = installed(DISTRIBUTION)
+    if distribution is None:
+        raise AuditError("this program is not installed, so that its wheel cannot be packed; `pip install` its sources")
+    package = Path(replication.__file__).parent
+    stem = f"{DISTRIBUTION.replace('-', '_')}-{distribution.version}"
+    files = {
+        path.relative_to(package.parent).as_posix(): path.read_bytes()
+        for path in package.rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+    texts = {f"{stem}.dist-info/{name}": distribution.read_text(name) for name in METADATA}
+    files |= {name: text.encode() for name, text in texts.items() if text}
+    digests = {name: base64.urlsafe_b64encode(hashlib.sha256(data).digest()) for name, data in sorted(files.items())}
+    lines = [f"{name},sha256={digest.rstrip(b'=').decode()},{len(files[name])}" for name, digest in digests.items()]
+    record = f"{stem}.dist-info/RECORD"
+    files[record] = "\n".join([*lines, f"{record},,", ""]).encode()
+    return f"{TOOL}/{stem}-py3-none-any.whl", zipped({name: (data, PLAIN) for name, data in files.items()})
+
+
+def zipped(files: Mapping[str, tuple[bytes, int]]) -> bytes:
+    """A zip of files with their modes, in the order of their names: the same content is the same archive."""
+    buffer = io.BytesIO()
+    with zipfile.ZipFile(buffer, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as archive:
+        for name, (data, mode) in sorted(files.items()):
+            entry = zipfile.ZipInfo(name, EARLIEST)
+            entry.compress_type, entry.external_attr = zipfile.ZIP_DEFLATED, mode << 16
+            archive.writestr(entry, data)
+    return buffer.getvalue()
+
+
+def lock_text(*, ask: bool = False) -> str:
+    """What is installed where this runs, a package a line with its version; what is in no index is named beside.
+
+    ask: whether uv or pip-compile, where there is one, asks the index for the checksums of the files. The first lines
+    say whether they are there, and why not.
+    """
+    pins: dict[str, str] = {}
+    for package in metadata.distributions():
+        name = package.metadata["Name"]
+        if name and canonical(name) not in NOT_LOCKED:
+            origin = json.loads(package.read_text("direct_url.json") or "{}").get("url", "")
+            pin = f"# from no index: {name} {package.version}, {origin}" if origin else f"{name}=={package.version}"
+            pins.setdefault(canonical(name), pin)
+    text = "".join(f"{pins[name]}\n" for name in sorted(pins))
+    hashed, why = _hashed(text) if ask else ("", "the index was not asked")
+    comments = [line for line in text.splitlines(keepends=True) if hashed and line.startswith("#")]
+    head = (
+        f"# What `replication run` is run with: Python {python_minor(platform.python_version())} and these packages.\n"
+    )
+    return "".join([head, *([] if hashed else [f"{BARE}: {why}.\n"]), *comments, hashed or text])
+
+
+def _hashed(pins: str) -> tuple[str, str]:
+    """The pins with the checksums of their files as the index gives them, or nothing and why not."""
+    here = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
+    words = ["--quiet", "--generate-hashes", "--no-header", "--no-annotate"]
+    arguments = {"uv": ["pip", "compile", "--no-deps", *words, "-"], "pip-compile": [*words, "--output-file=-", "-"]}
+    program = next((executable for name in arguments if (executable := shutil.which(name, path=here))), None)
+    if program is None:
+        return "", "neither uv nor pip-compile is here"
+    line = [program, *arguments[Path(program).stem]]
+    try:
+        process = subprocess.run(line, input=pins, capture_output=True, text=True, check=False, timeout=PATIENCE)
+    except subprocess.TimeoutExpired:
+        return "", f"{Path(program).stem} took longer than {PATIENCE} s"
+    message = next(iter(reversed(process.stderr.strip().splitlines())), "it says nothing").strip()
+    return (process.stdout, "") if process.returncode == 0 else ("", f"{Path(program).stem}: {message[:200]}")
+
+
+def rebuild_files(root: Path, *, ask: bool = False) -> dict[str, bytes]:
+    """All of it by name, but for what the project has: a wheel in `tool`, a lock, files that a person wrote.
+
+    ask: as for `lock_text`.
+    """
+    lock = "" if (root / LOCK).exists() else lock_text(ask=ask)
+    python = python_minor(platform.python_version())
+    fields = {"install": INSTALL, "steps": (*INSTALL, *RUN), "python": python, "lock": LOCK}
+    pages = {name: plain_templates().get_template(template).render(fields) for name, template in PAGES.items()}
+    texts = {LOCK: lock, ".dockerignore": ".cache\n.git\n.venv\n", **pages}
+    files = {name: text.encode() for name, text in texts.items() if not (root / name).exists()}
+    if not list((root / TOOL).glob("*.whl")):
+        name, wheel = tool_wheel()
+        files[name] = wheel
+    return dict(sorted(files.items()))

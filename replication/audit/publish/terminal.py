@@ -9,10 +9,9 @@ import msgspec
 from replication.audit.inspect.headline import counts, theorems
 from replication.audit.judge.policies import once
 from replication.audit.model import Reading, Verdict
-from replication.audit.parts import Paper
-from replication.audit.people import Reply
+from replication.audit.parts import Paper, Reply
 from replication.audit.publish.linked_data import without_empty
-from replication.audit.run.pool import Action, Step
+from replication.audit.run.worker import Action, Step
 from replication.audit.store.records import CertificateRecord, ClaimRecord, ResultsFile
 from replication.errors import listed
 from replication.verify.predicate import in_words
@@ -67,23 +66,17 @@ def unproved(results: ResultsFile) -> tuple[CertificateRecord, ...]:
 
 
 def errors(results: ResultsFile) -> tuple[str, ...]:
-    """Whatever in the file ended in an error instead of an answer, with the error."""
+    """Whatever in the file ended in an error instead of an answer, with the error; once, however many claims met it."""
     others = results.named("experiment", "erratum", "figure")
     lines = [f"{sort} {name}: {record.error}" for (sort, name), record in others if record.error]
-    return (*lines, *_claims(results.claims))
-
-
-def _claims(claims: Iterable[ClaimRecord]) -> Iterator[str]:
-    """A line for each error, however many claims ended in it; where each of them met it then matters no longer."""
     reasons: dict[str, list[ClaimRecord]] = {}
-    for claim in claims:
+    for claim in results.claims:
         if claim.verdict is Verdict.ERROR:
             reasons.setdefault(_PLACE.sub("", claim.judgement.reason), []).append(claim)
-    for reason, same in reasons.items():
-        if len(same) == 1:
-            yield f"claim {same[0].id}: {same[0].judgement.reason}"
-        else:
-            yield f"claims {listed([claim.id for claim in same])}: {reason}"
+    for reason, (first, *more) in reasons.items():  # where each of several met it matters no longer
+        ids = [claim.id for claim in (first, *more)]
+        lines.append(f"claims {listed(ids)}: {reason}" if more else f"claim {first.id}: {first.judgement.reason}")
+    return tuple(lines)
 
 
 def list_lines(papers: Sequence[Paper], records: Mapping[str, ClaimRecord]) -> Iterator[str]:

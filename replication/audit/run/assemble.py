@@ -20,8 +20,7 @@ from replication.audit.model import Claim, Erratum, Evidence, Experiment, Proof,
 from replication.audit.parts import Paper
 from replication.audit.run.chance import copied
 from replication.audit.run.command import VERSION, unseen
-from replication.audit.run.pool import Step
-from replication.audit.run.worker import describe
+from replication.audit.run.worker import Step, describe
 from replication.audit.store.cache import encode
 from replication.audit.store.records import (
     SCHEMA_VERSION,
@@ -176,7 +175,10 @@ def _experiment(state: _Run, paper: Paper, experiment: Experiment) -> Experiment
 
 def _untraced(state: _Run, needs: Iterable[Experiment]) -> tuple[str, ...]:
     """What these experiments did that cannot be followed, and what no one sees of those that are commands."""
-    return tuple(sorted({words for need in needs for words in (*state.computed[need.name].untraced, *unseen(need))}))
+    entries = [(need, state.computed[need.name].entry) for need in needs]
+    return tuple(
+        sorted({words for need, entry in entries for words in (*(entry.untraced if entry else ()), *unseen(need))})
+    )
 
 
 def _behind(paper: Paper, names: Collection[str]) -> Iterator[Experiment]:
@@ -192,12 +194,7 @@ def _prove(state: _Run, paper: Paper, erratum: Erratum) -> ErratumRecord:
     return ErratumRecord.of(paper.key, erratum, proof, code=state.sources.location(erratum.prove), error=error)
 
 
-def _claim(
-    state: _Run,
-    claim: Claim,
-    paper: Paper,
-    proofs: Mapping[str, ErratumRecord],
-) -> ClaimRecord:
+def _claim(state: _Run, claim: Claim, paper: Paper, proofs: Mapping[str, ErratumRecord]) -> ClaimRecord:
     evidence, error, used = _answer(state, claim, paper)
     certificates = [certificate for certificate in state.certificates if claim.id in certificate.claims]
     return make_record(

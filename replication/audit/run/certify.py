@@ -8,8 +8,7 @@ from typing import Any
 import msgspec
 
 from replication.audit.project import read_settings
-from replication.audit.run.pool import processes
-from replication.audit.run.worker import Answer, Task
+from replication.audit.run.worker import Answer, Task, processes
 from replication.audit.store.cache import Dependencies
 from replication.audit.store.sources import default_packages
 from replication.errors import one_of
@@ -35,8 +34,16 @@ def certify(root: Path, names: Sequence[str], *, again: bool, jobs: int) -> Iter
         if again or verify(file_of(paper, name, root), root).theorem is None:
             basis = Dependencies(function=f"{package}.{paper}.certificates:make", inputs=json.dumps({"name": name}))
             tasks.append(Task(f"{paper}/{name}", basis, basis.inputs, folders))
-    for answer in processes(tasks, jobs) if tasks else ():
-        yield _finish(answer, root)
+    for answer in processes(tasks, jobs):
+        if answer.text is not None:
+            paper, name = answer.name.split("/")
+            certificate = json.loads(answer.text)
+            try:
+                check(certificate, root, (paper, name))
+                write_atomically(file_of(paper, name, root), to_json(certificate))
+            except Refused as refusal:
+                answer = msgspec.structs.replace(answer, error=f"the verifier refuses it: {refusal}")
+        yield answer
 
 
 def file_of(paper: str, name: str, root: Path) -> Path:
@@ -54,15 +61,3 @@ def to_json(certificate: Any) -> bytes:
         else:
             lines.append(f"  {json.dumps(name)}: {json.dumps(value)}")
     return ("{\n" + ",\n".join(lines) + "\n}\n").encode()
-
-
-def _finish(answer: Answer, root: Path) -> Answer:
-    paper, name = answer.name.split("/")
-    if answer.text is not None:
-        certificate = json.loads(answer.text)
-        try:
-            check(certificate, root, (paper, name))
-            write_atomically(file_of(paper, name, root), to_json(certificate))
-        except Refused as refusal:
-            return msgspec.structs.replace(answer, error=f"the verifier refuses it: {refusal}")
-    return answer

@@ -11,6 +11,7 @@ import inspect
 import multiprocessing.process
 import os
 import random
+import re
 import sys
 import time
 import warnings
@@ -20,7 +21,8 @@ from types import CodeType, FrameType, ModuleType
 from typing import Any
 
 SEEDLESS, CLOCK = "random numbers without a seed", "the clock"
-_RANDOM = ("/random.py", "/secrets.py")
+RANDOM = re.compile(r"/(?:random|secrets)\.py$|/numpy/random/")
+"""The modules that make random numbers."""
 _CLOCKS = tuple(
     f"{name}{unit}"
     for name in ("time", "perf_counter", "monotonic", "process_time", "thread_time")
@@ -47,13 +49,13 @@ def listen(told: Told) -> None:
 
     def seeded(self: random.Random, a: Any = None, version: int = 2) -> None:
         global _seeded
-        _seeded = _seeded or self is _shared()
+        _seeded = _seeded or self is random._inst
         if a is None:
             told(SEEDLESS, sys._getframe(1))
         seed(self, a, version)
 
     random.Random.seed = seeded  # type: ignore[method-assign]
-    random.seed = _shared().seed
+    random.seed = random._inst.seed
     # What SystemRandom, secrets and NumPy's generators without a seed draw from.
     random._urandom = asked(SEEDLESS, os.urandom)  # type: ignore[attr-defined]
     os.urandom = random._urandom  # type: ignore[attr-defined]
@@ -85,10 +87,6 @@ def _codes(code: CodeType) -> Iterator[CodeType]:
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
             yield from _codes(constant)
-
-
-def _shared() -> random.Random:
-    return random._inst
 
 
 @contextlib.contextmanager
@@ -130,7 +128,7 @@ def shared_state(told: Callable[[str], None], ours: Callable[[str], bool]) -> It
     kinds = (list, dict, set, int, float, getattr(sys.modules.get("numpy"), "ndarray", list))
     modules = [module for module in list(sys.modules.values()) if ours(getattr(module, "__file__", None) or "")]
     before: list[tuple[ModuleType, str, Any, Any]] = [
-        (module, name, value, _kept(module.__name__, name, value))
+        (module, name, value, _copy(value))
         for module in modules
         for name, value in vars(module).items()
         if isinstance(value, kinds) and not name.startswith("__")
@@ -146,7 +144,6 @@ def shared_state(told: Callable[[str], None], ours: Callable[[str], bool]) -> It
             if old is None or _same(old, vars(module).get(name)):
                 continue
             told(f"changes {name} of {module.__name__}")
-            del _copies[module.__name__, name]  # of which the value has parts from here on
             if isinstance(value, dict | set):
                 value.clear()
                 value.update(old)
@@ -167,19 +164,11 @@ def _settings() -> Iterator[None]:
         yield
 
 
-_copies: dict[tuple[str, str], tuple[Any, Any]] = {}
-"""The last value that modules had by a name, and its copy: to compare is faster than to copy."""
-
-
-def _kept(module: str, name: str, value: Any) -> Any:
-    """A copy of an array or of plain data, made once while it stays the same; None of what holds something else."""
-    known, copy = _copies.get((module, name), (None, None))
-    if known is not value or not _same(copy, value):
-        copy = None
-        with contextlib.suppress(TypeError):
-            copy = value.copy() if hasattr(value, "shape") else copied(value)
-        _copies[module, name] = value, copy
-    return copy
+def _copy(value: Any) -> Any:
+    """A copy of an array or of plain data; None of what holds something else."""
+    with contextlib.suppress(TypeError):
+        return value.copy() if hasattr(value, "shape") else copied(value)
+    return None
 
 
 def _same(old: Any, now: Any) -> bool:
@@ -215,13 +204,3 @@ def kept_environment() -> Iterator[None]:
 def _processes() -> str:
     """How many processes Python has begun by `multiprocessing`; what they read is not followed."""
     return repr(multiprocessing.process._process_counter)  # type: ignore[attr-defined]
-
-
-def draws(frame: FrameType) -> FrameType | None:
-    """Who asks for random numbers, beyond the modules that make them."""
-    place: FrameType | None = frame
-    while place is not None and (
-        place.f_code.co_filename.endswith(_RANDOM) or "/numpy/random/" in place.f_code.co_filename
-    ):
-        place = place.f_back
-    return place

@@ -19,9 +19,8 @@ from replication.audit.judge.numerals import require_found, require_title
 from replication.audit.parts import Figure, FigureData, Paper
 from replication.audit.project import read_settings
 from replication.audit.run.chance import copied
-from replication.audit.run.pool import Step
 from replication.audit.run.tracing import labels, state, traced, untraced
-from replication.audit.run.worker import describe
+from replication.audit.run.worker import Step, describe
 from replication.audit.store.cache import Cache, Dependencies, Entry, encode
 from replication.audit.store.provenance import Environment, loaded
 from replication.audit.store.records import FigureRecord, shared

@@ -23,10 +23,6 @@ from replication.files import sha256, visible, write_atomically
 RUN, CHECK = "last-run.json", "last-check.json"
 LANGUAGE = ("LANG", "LANGUAGE", "LC_", "TZ", "PYTHON", "VIRTUAL_ENV", "OPENBLAS_", "MKL_", "BLIS_", "NPY_")
 """How variables begin that may matter though nobody asks for them by name."""
-INDEX = (RUN, CHECK)
-"""Files of the cache that hold no result."""
-
-
 Said = tuple[tuple[str, ...], int]
 """The lines of a run or a check that has nothing to do, and its exit code."""
 
@@ -85,7 +81,7 @@ class Last:
         return {name: state(name, tree) for name in names}
 
     def _files(self) -> dict[str, str]:
-        paths = {path for place in self._places for path in visible(place.resolve()) if path.name not in INDEX}
+        paths = {path for place in self._places for path in visible(place.resolve()) if path.name not in (RUN, CHECK)}
         return {str(path): sha256(path) for path in sorted(paths)}
 
     def _checksum(self, files: Mapping[str, str], answer: Said, read: Mapping[str, str]) -> str:

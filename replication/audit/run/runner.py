@@ -21,15 +21,15 @@ from replication.audit.project import read_settings
 from replication.audit.run.assemble import assemble
 from replication.audit.run.command import execute, held
 from replication.audit.run.draw import Drawings, Drawn
-from replication.audit.run.pool import Action, Compute, Step, processes
 from replication.audit.run.prove import prove
 from replication.audit.run.tracing import labels, state, traced, untraced
-from replication.audit.run.worker import Answer, Task, describe, function_name
+from replication.audit.run.worker import Action, Answer, Compute, Step, Task, describe, function_name, processes
 from replication.audit.store.cache import Cache, Dependencies, Entry, Lookup, encode, solvers_in
-from replication.audit.store.provenance import Environment, canonical, loaded, plain, read_environment, run_record
+from replication.audit.store.provenance import Environment, loaded, plain, read_environment, run_record
 from replication.audit.store.records import ResultsFile
 from replication.audit.store.sources import SourceTree, default_packages, parents
 from replication.errors import AuditError, meant
+from replication.extras import canonical
 
 EDITED = "not kept: its sources or data were edited while it ran"
 TIMEOUT = 3600.0
@@ -87,10 +87,8 @@ def run(
     validate_theorems(papers, {claim for certificate in certificates for claim in certificate.claims}, unproved)
     environment = read_environment(root)
     drawings = Drawings(papers, figures, cache, root, environment)
-    now = partial(state, tree=sources)
     plans: dict[str, Plan] = {}
     steps: dict[str, Step] = {}
-    lookup = partial(cache.lookup, now=now)
     proving = [
         Experiment(name=proof.task, function=prove, inputs={"path": proof.path, "subject": dict(proof.subject)})
         for proof in certificates
@@ -98,7 +96,7 @@ def run(
     for wave in _waves([*_all(papers), *proving], sources):
         steps |= {step.name: step for experiment in wave if (step := _blocked(experiment, steps)) is not None}
         ready = [experiment for experiment in wave if experiment.name not in steps]
-        planned = _plan(ready, steps, (root, cache.files), environment, lookup, sources, timeout)
+        planned = _plan(ready, steps, root, cache, environment, sources, timeout)
         for name, (_, known) in planned.items():
             if (entry := known.entry) is not None:
                 steps[name] = Step(name, Action.REUSED, known.reason, entry.seconds, entry.dependencies, entry)
@@ -176,14 +174,13 @@ def _blocked(experiment: Experiment, steps: Mapping[str, Step]) -> Step | None:
 def _plan(
     experiments: Sequence[Experiment],
     steps: Mapping[str, Step],
-    places: tuple[Path, Path],
+    root: Path,
+    cache: Cache,
     environment: Environment,
-    lookup: Callable[[str, Dependencies], Lookup],
     sources: SourceTree,
     timeout: float,
 ) -> dict[str, Plan]:
     """One task for each experiment; its key holds checksums, not where the project lies."""
-    root, store = map(str, places)
     plans: dict[str, Plan] = {}
     folders = {name: str(folder) for name, folder in sources.packages.items()}
     packages = functools.cache(lambda module: loaded(sources.installed_of(module)))
@@ -191,7 +188,9 @@ def _plan(
         name, function, inputs = experiment.name, function_name(experiment), dict(experiment.inputs)
         files_of = [entry.files for need in experiment.needs if (entry := steps[need].entry) is not None]
         needed = {file: sha256 for files in files_of for file, sha256 in files.items()}
-        place = {"root": root} if experiment.function is prove else {"root": root, "store": store, "needed": needed}
+        place: dict[str, Any] = {"root": str(root)}
+        if experiment.function is not prove:
+            place |= {"store": str(cache.files), "needed": needed}
         internal = experiment.function in (prove, execute, held)
         module = function.partition(":")[0]
         text = encode(f"the inputs of {name}", inputs, sort=True)
@@ -202,7 +201,7 @@ def _plan(
         dependencies = Dependencies(sources=files, function=function, inputs=text, needed=needed, **setting)
         arguments = encode(f"the inputs of {name}", {**inputs, **place}) if internal else text
         task = Task(name, dependencies, arguments, folders, dynamic, experiment.timeout or timeout)
-        plans[name] = task, lookup(name, dependencies)
+        plans[name] = task, cache.lookup(name, dependencies, partial(state, tree=sources))
     return plans
 
 
@@ -232,9 +231,9 @@ def _finish(answer: Answer, plan: Plan, cache: Cache, sources: SourceTree) -> St
             solvers = solvers_in(f"the result of {answer.name}", result)
             fields = {name: getattr(answer, name) for name in ("data", "untraced", "files", "seconds")}
             entry = Entry(dependencies=task.dependencies, solvers=solvers, result=result, **fields)
-            moved = any(state(label, sources) != now for label, now in answer.data.items())
-            whole = sources.unchanged(task.dependencies.sources) and not moved
-            unkept = cache.store(answer.name, entry) if whole else EDITED
+            read = {**task.dependencies.sources, **answer.data}
+            moved = any(state(label, sources) != then for label, then in read.items())
+            unkept = EDITED if moved else cache.store(answer.name, entry)
             return step(action=Action.COMPUTED, reason=unkept or known.reason, entry=entry)
     except AuditError as failure:
         error = describe(failure, sources)

@@ -21,9 +21,10 @@ from typing import Any
 
 import replication
 from replication.audit.project import CONFIGURATION
-from replication.audit.run.chance import CLOCK, draws, listen
-from replication.audit.store.provenance import OWN, installed, owners
+from replication.audit.run.chance import CLOCK, RANDOM, listen
+from replication.audit.store.provenance import installed, owners
 from replication.audit.store.sources import SourceTree
+from replication.extras import DISTRIBUTION
 from replication.files import sha256
 
 ABSENT = "absent"
@@ -120,7 +121,7 @@ def others(tree: SourceTree, sources: Iterable[str], known: Iterable[str]) -> se
         if path and (label := tree.label(Path(path))) and not label.startswith(f"{replication.__name__}/"):
             files.add(label)
         elif "." not in name and name not in sys.stdlib_module_names:
-            packages |= {f"package:{owner}" for owner in owners().get(name, ()) if owner != OWN}
+            packages |= {f"package:{owner}" for owner in owners().get(name, ()) if owner != DISTRIBUTION}
     return (files - set(sources)) | (packages - {f"package:{name}" for name in known})
 
 
@@ -214,7 +215,7 @@ def _chance(words: str, frame: FrameType) -> None:
     """Note what is another one each time, if a module of the project or a package that it calls asks for it."""
     if _active is None:
         return
-    place = draws(frame)
+    place = next((place for place in _frames(frame) if not RANDOM.search(place.f_code.co_filename)), None)
     by = place.f_code.co_filename if place is not None else ""
     if ours(by) or (words != CLOCK and _library(by) and place is not None and not _importing(place)):
         _owner(frame).untraced[words] = None
@@ -318,13 +319,8 @@ def _open(path: str, flags: int, frame: FrameType, *, library: bool) -> None:
 
 def _ask(name: str, frame: FrameType) -> None:
     """Note a variable, unless Python or this program asks for it, or a library for one of the machine."""
-    while frame.f_code.co_filename.endswith(
-        ("/os.py", "_collections_abc.py", "<frozen os>", "<frozen _collections_abc>")
-    ):
-        if frame.f_back is None:
-            return
-        frame = frame.f_back
-    by = frame.f_code.co_filename
+    inner = ("/os.py", "_collections_abc.py", "<frozen os>", "<frozen _collections_abc>")
+    by = next((name for name in _callers(frame) if not name.endswith(inner)), "<")
     library = _library(by)
     if by.startswith(("<", _HOME)) or (by.startswith(_STDLIB) and not library):
         return

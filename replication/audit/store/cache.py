@@ -15,8 +15,6 @@ from replication.audit.model import SolverRecord
 from replication.errors import AuditError, listed
 from replication.files import sha256, write_atomically
 
-# Inputs and results of experiments as JSON text: checked on the way in, floats exact on the way back
-
 
 def encode(name: str, value: Any, *, sort: bool = False) -> str:
     """JSON text of `value`, floats exact; raises AuditError with the path of the entry for what JSON cannot hold."""
@@ -71,9 +69,6 @@ def _listed(value: Any) -> Iterator[Any]:
 NEVER_RAN = "never ran"
 UNREADABLE = "entry unreadable"
 NOT_ASKED = "the cache was not asked"
-NOT_KEPT = "not kept: the cache cannot be written"
-NOT_TRACED = "cannot be followed"
-FIELDS = ("function", "inputs", "lock", "python", "kernel")
 _FRONT = re.compile(rb'\{"key":"(?P<key>[0-9a-f]{64})","sha256":"(?P<sha256>[0-9a-f]{64})",')
 """How an entry begins: its checksum is that of the text without these two fields, byte for byte."""
 Checksums = Callable[[str], str | None]
@@ -172,7 +167,7 @@ class Cache:
         if any(not (self.files / sha256).is_file() for sha256 in entry.files.values()):
             return Lookup(None, "the files that it made are gone", entry.seconds)
         if entry.untraced:
-            return Lookup(None, f"{NOT_TRACED}: {', '.join(entry.untraced)}", entry.seconds)
+            return Lookup(None, f"cannot be followed: {', '.join(entry.untraced)}", entry.seconds)
         if not self.read:
             return Lookup(None, NOT_ASKED, entry.seconds)
         return Lookup(entry, "unchanged", entry.seconds)
@@ -193,7 +188,7 @@ class Cache:
         try:
             write_atomically(self._path(name), front.encode() + content[1:] + b"\n")
         except OSError as error:
-            return f"{NOT_KEPT}: {error.strerror}"
+            return f"not kept: the cache cannot be written: {error.strerror}"
         return ""
 
     def forget(self, names: Iterable[str]) -> None:
@@ -220,7 +215,8 @@ def _read(text: bytes) -> Entry | None:
 
 
 def _changes(old: Dependencies, new: Dependencies) -> Iterator[str]:
-    yield from (name for name in FIELDS if getattr(old, name) != getattr(new, name))
+    fields = ("function", "inputs", "lock", "python", "kernel")
+    yield from (name for name in fields if getattr(old, name) != getattr(new, name))
     yield from _moved(old.needed, new.needed)
     yield from _moved(old.packages, new.packages)
     yield from _moved(old.sources, new.sources)

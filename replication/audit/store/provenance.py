@@ -19,14 +19,9 @@ from typing import Any
 import replication
 from replication.audit.store.records import RunRecord
 from replication.errors import AuditError
-from replication.extras import DISTRIBUTION, required
+from replication.extras import DISTRIBUTION, canonical, name_of, required
 from replication.files import sha256
 
-# The installed distributions with which something is computed, and where they differ from the lock
-
-
-OWN = DISTRIBUTION
-"""This program, whose sources count one by one."""
 _PIN = re.compile(r"^([A-Za-z0-9][A-Za-z0-9._-]*)==([^\s;\\#]+)", re.MULTILINE)
 
 
@@ -37,7 +32,7 @@ def loaded(modules: Iterable[str]) -> dict[str, str]:
     names: set[str] = set()
     while waiting:
         name = canonical(waiting.pop())
-        if name in names or name == OWN:
+        if name in names or name == DISTRIBUTION:
             continue
         names.add(name)
         if (known := _known(name)) is not None:
@@ -45,11 +40,6 @@ def loaded(modules: Iterable[str]) -> dict[str, str]:
             versions[title] = version
             waiting.extend(required)
     return dict(sorted(versions.items()))
-
-
-def canonical(name: str) -> str:
-    """The name of a distribution in the form in which two spellings are one."""
-    return re.sub(r"[-_.]+", "-", name).lower()
 
 
 def plain(versions: Mapping[str, str]) -> dict[str, str]:
@@ -103,8 +93,7 @@ def _known(name: str) -> tuple[str, str, tuple[str, ...]] | None:
     dist = installed(name)
     if dist is None:
         return None
-    needed = (text for text in dist.requires or () if "extra ==" not in text)
-    required = tuple(re.split(r"[^A-Za-z0-9._-]", text, maxsplit=1)[0] for text in needed)
+    required = tuple(name_of(text) for text in dist.requires or () if "extra ==" not in text)
     return dist.metadata["Name"], f"{dist.version} {_files(dist.read_text('RECORD') or '')}", required
 
 
@@ -172,6 +161,7 @@ def python_minor(version: str) -> str:
 def run_record(root: Path, environment: Environment) -> RunRecord:
     """Provenance of a run at `root` in this environment, with the date of SOURCE_DATE_EPOCH where that is set."""
     commit, dirty = git_state(root)
+    libraries = {f"{p['internal_api']} {p['version']} ({p.get('architecture', 'unknown')})" for p in _pools()}
     return RunRecord(
         package_version=replication.__version__,
         date=run_date(),
@@ -181,7 +171,7 @@ def run_record(root: Path, environment: Environment) -> RunRecord:
         python=platform.python_version(),
         packages=environment.versions,
         unlocked=against_lock(environment.versions, root / LOCK),
-        blas=_blas(),
+        blas="; ".join(sorted(libraries)) or "unknown",
         threads=THREADS,
         cpu=_cpu_model(),
         platform=platform.platform(),
@@ -232,12 +222,8 @@ def _package_versions(root: Path) -> dict[str, str]:
     if declared is None:
         declared = [text for text in required() if "extra ==" not in text]
         optional = [text for text in required() if text.partition("extra == ")[2].strip("\"'") in COMPUTING]
-    names = {_name(text) for text in optional if installed(_name(text)) is not None}
-    return read_packages(sorted({*map(_name, declared), *names}))
-
-
-def _name(requirement: str) -> str:
-    return re.split(r"[^A-Za-z0-9._-]", requirement, maxsplit=1)[0]
+    names = {name for name in map(name_of, optional) if installed(name) is not None}
+    return read_packages(sorted({*map(name_of, declared), *names}))
 
 
 def read_packages(names: Iterable[str]) -> dict[str, str]:
@@ -248,12 +234,6 @@ def read_packages(names: Iterable[str]) -> dict[str, str]:
         raise AuditError(
             f"package {error.name} is not installed; install it with pip, in the version of {LOCK} where there is one"
         ) from None
-
-
-def _blas() -> str:
-    """The linear algebra libraries that numpy and scipy loaded, with version and instruction set."""
-    names = {f"{pool['internal_api']} {pool['version']} ({pool.get('architecture', 'unknown')})" for pool in _pools()}
-    return "; ".join(sorted(names)) or "unknown"
 
 
 def kernel() -> str:

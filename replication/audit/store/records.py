@@ -67,15 +67,11 @@ class ClaimRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         return self.claim.kind is Kind.CITED and self.claim.unit == "s"
 
     @property
-    def answers(self) -> tuple[Evidence, ...]:
-        """The evidence, and that for the text as printed where there is an erratum."""
-        printed = self.evidence.as_printed
-        return (self.evidence,) if printed is None else (self.evidence, printed)
-
-    @property
     def rested(self) -> set[str]:
-        """The names of the readings that it was answered under."""
-        return {self.claim.reading, *(outcome.reading for answer in self.answers for outcome in answer.outcomes)}
+        """The names of the readings that it was answered under, also for the text as printed."""
+        printed = self.evidence.as_printed
+        outcomes = (*self.evidence.outcomes, *(printed.outcomes if printed else ()))
+        return {self.claim.reading, *(outcome.reading for outcome in outcomes)}
 
     @property
     def verdict(self) -> Verdict:

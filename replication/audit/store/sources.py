@@ -7,11 +7,11 @@ import functools
 import importlib.util
 import re
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any, TypeVar, cast
+from typing import Any
 
 import replication
 from replication.audit.project import read_settings
@@ -41,22 +41,6 @@ class _Module:
     dynamic: bool  # whether it imports by a computed name
 
 
-F = TypeVar("F", bound=Callable[..., Any])
-
-
-def _kept(method: F) -> F:
-    """A method of a tree and one name, whose answers the tree keeps."""
-
-    @functools.wraps(method)
-    def asked(tree: SourceTree, name: str) -> Any:
-        answers = tree.kept.setdefault(method.__name__, {})
-        if name not in answers:
-            answers[name] = method(tree, name)
-        return answers[name]
-
-    return cast(F, asked)
-
-
 class SourceTree:
     """The project's packages by name and directory, and whatever these import that no distribution installed.
 
@@ -66,8 +50,11 @@ class SourceTree:
 
     def __init__(self, packages: Mapping[str, Path]) -> None:
         self.packages = {name: Path(directory).resolve() for name, directory in packages.items()}
-        self.root = project_of(self.packages)
-        self.kept: dict[str, dict[str, Any]] = {}
+        # The folder in which the papers lie.
+        self.root = next((folder.parent for name, folder in self.packages.items() if name != "replication"), None)
+        self._elsewhere: dict[str, Path | None] = {}
+        for name in ("_followed", "_read_with", "_label_at", "_path", "_module", "_imported_by"):
+            setattr(self, name, functools.cache(getattr(self, name)))
 
     def files_of(self, module: str) -> dict[str, str]:
         """SHA-256 by file of `module` and of all that it imports, transitively, lazy imports included.
@@ -77,11 +64,8 @@ class SourceTree:
         """
         followed = self._followed(module)
         enclosing = {parent for name in followed for parent in parents(name)}
-        listed = {name: self._module(name) for name in followed | enclosing}
-        files = {self._label_of(name): source.sha256 for name, source in listed.items() if source}
-        for name, source in listed.items():
-            files |= self._data_of(name) if source else {}
-        return dict(sorted(files.items()))
+        files = (self._read_with(name) for name in followed | enclosing)
+        return dict(sorted(pair for part in files for pair in part.items()))
 
     def installed_of(self, module: str) -> set[str]:
         """The top-level modules that `module` imports, transitively, and that are no files of the project or Python."""
@@ -93,7 +77,6 @@ class SourceTree:
         names = (name for name in self._followed(module) if not name.startswith(f"{replication.__name__}."))
         return any(source.dynamic for name in names if (source := self._module(name)) is not None)
 
-    @_kept
     def _followed(self, module: str) -> set[str]:
         """The module with all that it imports, directly or not."""
         if self._module(module) is None:
@@ -108,24 +91,24 @@ class SourceTree:
                 waiting.extend(self._imported_by(name))
         return followed
 
-    @_kept
-    def _data_of(self, name: str) -> dict[str, str]:
-        """The data file beside a module that has its name, printed.py printed.toml, and those that it names in full."""
-        labels = [self._label_of(name).removesuffix(".py") + ".toml", *self._named(name)]
-        return {label: sha256 for label in labels if (sha256 := self.now(label)) is not None}
+    def _read_with(self, name: str) -> dict[str, str]:
+        """SHA-256 of a module, of the data file beside it that has its name, and of those that it names in a string."""
+        path, module = self._path(name), self._module(name)
+        if path is None or module is None:
+            return {}
+        file = self.label(path)
+        data = [
+            file.removesuffix(".py") + ".toml",
+            *(self.label((path.parent / text).resolve()) for text in module.texts),
+        ]
+        return {file: module.sha256, **{label: digest for label in data if (digest := sha256(self.path(label)))}}
 
-    def unchanged(self, files: Mapping[str, str]) -> bool:
-        """Whether the files still have the checksums given, as they are on the disk now."""
-        return all(self.now(label) == sha256 for label, sha256 in files.items())
-
-    def label(self, path: Path | None) -> str:
+    def label(self, path: Path) -> str:
         """`package/inside/file.py` of a path inside a package, `./file` elsewhere in the project; else empty."""
-        elsewhere: dict[str, Path] = {
-            name: place for name, place in self.kept.get("_beside", {}).items() if place is not None
-        }
+        elsewhere = {name: place for name, place in self._elsewhere.items() if place is not None}
         places = {**self.packages, **({} if self.root is None else {".": self.root}), **elsewhere}
         for name, directory in places.items():
-            if path is not None and path.is_relative_to(directory):
+            if path.is_relative_to(directory):
                 inside = path.relative_to(directory)
                 # An environment below the project holds packages, which count by their versions.
                 return "" if set(_INSTALLED) & set(inside.parts) else f"{name}/{inside.as_posix()}"
@@ -142,7 +125,6 @@ class SourceTree:
         place = self.root if package == "." else self.packages.get(package) or self._place(package)
         return (place or Path(package)) / inside
 
-    @_kept
     def _label_at(self, file: str) -> str:
         """`label` of a path as code notes it."""
         return "" if file.startswith("<") else self.label(Path(file).resolve())
@@ -151,14 +133,14 @@ class SourceTree:
         """`file:line` where a function, partial or callable is defined or `declared`; empty outside the project."""
         while isinstance(function, functools.partial) or hasattr(function, "__wrapped__"):
             if declared := getattr(function, "declared", None):
-                label = self._label_at(declared[0])
-                return f"{label}:{declared[1]}" if label else ""
+                return self._line(*declared)
             function = function.func if isinstance(function, functools.partial) else function.__wrapped__
         code = getattr(function, "__code__", None) or getattr(type(function).__call__, "__code__", None)
-        if code is None:
-            return ""
-        label = self._label_at(code.co_filename)
-        return f"{label}:{code.co_firstlineno}" if label else ""
+        return "" if code is None else self._line(code.co_filename, code.co_firstlineno)
+
+    def _line(self, file: str, number: int) -> str:
+        label = self._label_at(file)
+        return f"{label}:{number}" if label else ""
 
     def mentioned(self, name: str) -> str:
         """` [file:line]` of the first line of a paper that writes a name, with its key or without; else empty."""
@@ -171,17 +153,13 @@ class SourceTree:
             written = [
                 path for path in sorted(files) if path.suffix in (".py", ".toml") and path.name != "coverage.toml"
             ]
+            texts = [(path, path.read_text(encoding="utf-8").splitlines()) for path in written]
+            lines = [(path, number, line) for path, text in texts for number, line in enumerate(text, 1)]
             # In quotes it is a name for sure; a word like another one may stand in any docstring.
             for pattern in (rf"[\"']{word}[\"']", rf"(?<![\w.-]){word}(?![\w-])"):
-                if place := self._first_line(re.compile(pattern), written):
-                    return f" [{place}]"
-        return ""
-
-    def _first_line(self, pattern: re.Pattern[str], files: Iterable[Path]) -> str:
-        for path in files:
-            for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
-                if pattern.search(line):
-                    return f"{self.label(path)}:{number}"
+                for path, number, line in lines:
+                    if re.search(pattern, line):
+                        return f" [{self.label(path)}:{number}]"
         return ""
 
     def last_line(self, traceback: TracebackType | None, *, of_papers: bool = False) -> str:
@@ -194,16 +172,6 @@ class SourceTree:
             traceback = traceback.tb_next
         return theirs if of_papers else line
 
-    def now(self, label: str) -> str | None:
-        """The checksum of a file as it is on the disk now, None if there is none."""
-        path = self.path(label)
-        return sha256(path) or None
-
-    @_kept
-    def _label_of(self, module: str) -> str:
-        return self.label(self._path(module))
-
-    @_kept
     def _path(self, module: str) -> Path | None:
         """The file of a module, or None if the name is no module of the project."""
         package, *inside = module.split(".")
@@ -217,9 +185,12 @@ class SourceTree:
 
     def _place(self, package: str) -> Path | None:
         """The folder of a top-level package, or of a module without its suffix; None if Python or pip brought it."""
-        return self.packages[package] if package in self.packages else self._beside(package)
+        if package in self.packages:
+            return self.packages[package]
+        if package not in self._elsewhere:
+            self._elsewhere[package] = self._beside(package)
+        return self._elsewhere[package]
 
-    @_kept
     def _beside(self, package: str) -> Path | None:
         if self.root is None or not package.isidentifier():
             return None
@@ -237,18 +208,10 @@ class SourceTree:
         file = Path(places[0]) if places else Path(origin).with_suffix("") if origin else None
         return None if file is None or set(_INSTALLED) & set(file.parts) else file.resolve()
 
-    @_kept
     def _module(self, name: str) -> _Module | None:
         path = self._path(name)
-        return None if path is None else _read(name, path)
+        return None if path is None else _parsed(name, path, path.read_bytes())
 
-    def _named(self, name: str) -> Iterator[str]:
-        """The labels of the files beside a module, or below them, that it names in a string."""
-        path, module = self._path(name), self._module(name)
-        if path is not None and module is not None:
-            yield from (self.label((path.parent / text).resolve()) for text in module.texts)
-
-    @_kept
     def _imported_by(self, name: str) -> tuple[str, ...]:
         module = self._module(name)
         names = []
@@ -270,11 +233,6 @@ def default_packages(root: Path) -> dict[str, Path]:
     return {"replication": Path(replication.__file__).parent, package: root / package}
 
 
-def project_of(packages: Mapping[str, Path]) -> Path | None:
-    """The folder in which the papers lie, of the packages that count as sources; None if there are none."""
-    return next((folder.parent for name, folder in packages.items() if name != "replication"), None)
-
-
 def parents(module: str) -> Iterator[str]:
     """The packages that enclose a module, the nearest first."""
     while "." in module:
@@ -282,19 +240,9 @@ def parents(module: str) -> Iterator[str]:
         yield module
 
 
-_known: dict[tuple[str, Path, bytes], _Module] = {}
-
-
-def _read(name: str, path: Path) -> _Module:
-    """What a file says; each is read by several trees in one command."""
-    content = path.read_bytes()
-    key = name, path, content
-    if key not in _known:
-        _known[key] = _parsed(name, path, content)
-    return _known[key]
-
-
+@functools.cache
 def _parsed(name: str, path: Path, content: bytes) -> _Module:
+    """What a file says; each is read by several trees in one command."""
     try:
         tree = ast.parse(content, filename=str(path))
     except (SyntaxError, ValueError) as error:
