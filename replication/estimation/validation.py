@@ -21,6 +21,8 @@ else:
 
 LARGEST = 1e120
 """Entries above are refused: products of a few would overflow."""
+MOST = 2**31 - 1
+"""Counts above are refused: compiled loops do not hold them."""
 
 
 def as_matrix(name: str, value: Any, *, rows: int | None = None, columns: int | None = None) -> Array:
@@ -92,11 +94,13 @@ def positive_scalar(name: str, value: Any, *, unit: str = "") -> float:
 
 
 def positive_integer(name: str, value: Any) -> int:
-    """Return `value` as an integer of at least one; raises InvalidInputError otherwise (True and 2.5 included)."""
+    """Return `value` as an integer from 1 to MOST; raises InvalidInputError otherwise (True and 2.5 included)."""
     if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, np.integer)):
         raise InvalidInputError(f"{name} must be a whole number, got {value!r}")
     if value < 1:
         raise InvalidInputError(f"{name} must be at least 1, got {value}")
+    if value > MOST:
+        raise InvalidInputError(f"{name} must be at most {MOST}; nothing is computed so often")
     return int(value)
 
 

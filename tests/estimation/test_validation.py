@@ -65,7 +65,7 @@ def test_an_array_has_exactly_its_shape() -> None:
         as_array("x", [1, 2], (3,), axes="(n,)")
 
 
-@pytest.mark.parametrize("value", [0, -1, 2.0, 2.5, True, np.True_, "3", None, float("nan")])
+@pytest.mark.parametrize("value", [0, -1, 2.0, 2.5, True, np.True_, "3", None, float("nan"), 10**400])
 def test_periods_are_positive_whole_numbers(value: Any) -> None:
     with pytest.raises(InvalidInputError, match="N must be"):
         positive_integer("N", value)
