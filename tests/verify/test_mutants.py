@@ -41,9 +41,9 @@ VERIFIER = {
     "reading": ("test_reading", "test_statement"),
     "run": ("test_run",),
     "statement": ("test_statement",),
+    "stdlib": ("test_balls", "test_arithmetics"),
     "stdlib.balls": ("test_balls", "test_arithmetics"),
     "stdlib.exact": ("test_arithmetics",),
-    "stdlib.matrices": ("test_balls", "test_arithmetics"),
     "subjects": ("test_run",),
 }
 """The modules, and the tests that must notice each change of them."""
