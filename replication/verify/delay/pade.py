@@ -21,7 +21,7 @@ from replication.verify.algebra.work import PLACE, spend
 from replication.verify.delay.plant import DelayPlant, Hidden, measured_last, on_plant, read_hidden, require_hidden
 from replication.verify.kernel import Equal, Positive, decide
 from replication.verify.predicate import Says
-from replication.verify.reading import fields, integer, matrix, rational, sized, symmetric
+from replication.verify.reading import integer, matrix, rational, record, sized, symmetric
 from replication.verify.statement import LOWER, UPPER, Depends
 from replication.verify.theorem import require
 
@@ -96,10 +96,8 @@ def pade_lower(plant: DelayPlant, order: int, lower: fmpq, witness: Hidden) -> N
 
 def read_section(value: Any, path: str, order: int) -> Section:
     """A realisation of the approximant of exp(-s), checked: q is its denominator and q(-s) its numerator."""
-    a_value, b_value, c_value, d_value = fields(value, path, "a", "b", "c", "d")
-    a = matrix(a_value, f"{path}.a", order, order)
-    b, c = matrix(b_value, f"{path}.b", order, 1), matrix(c_value, f"{path}.c", 1, order)
-    d = rational(d_value, f"{path}.d")
+    column, row = sized(matrix, order, 1), sized(matrix, 1, order)
+    a, b, c, d = record(value, path, {"a": sized(matrix, order, order), "b": column, "c": row, "d": rational}).values()
     q = denominator(order)
     mirrored = fmpq_poly([coefficient * (-1) ** k for k, coefficient in enumerate(q.coeffs())])
     leading = q.coeffs()[-1]

@@ -17,7 +17,6 @@ from replication.verify.dualrate.loop import Loop, Observer, on_paper, pass_peri
 from replication.verify.kernel import Below, Equal, Identity, Nonnegative, Positive, decide, holds
 from replication.verify.predicate import Says
 from replication.verify.reading import (
-    fields,
     integer,
     matrix,
     one_of,
@@ -168,9 +167,6 @@ def contraction() -> None:
     decide(Identity(1 - (E + (1 - E) * c), (1 - E) * (1 - c), "1 − φ = (1 − E)(1 − c)"))
 
 
-# P, the constants, (15) and (18) for the data of a loop.
-
-
 @dataclass(frozen=True, kw_only=True)
 class Lyapunov:
     """P of ÃᵀP + P Ã = −I, and balls that hold its smallest and its largest eigenvalue."""
@@ -197,16 +193,16 @@ def require_solution(loop: Loop, P: fmpq_mat) -> None:
 
 def read_lyapunov(value: Any, path: str, loop: Loop) -> Lyapunov:
     """P with its extreme eigenvalues: below by definiteness of P − p I and q I − P, above by Rayleigh quotients."""
-    P, low, high, least, most = fields(value, path, "P", "low", "high", "least", "most")
     size = 2 * loop.order
-    P = symmetric(P, f"{path}.P", size)
+    vector = sized(matrix, size, 1)
+    readers = {"P": sized(symmetric, size), "low": rational, "high": rational, "least": vector, "most": vector}
+    P, low, high, *vectors = record(value, path, readers).values()
     require_solution(loop, P)
-    low, high = rational(low, f"{path}.low"), rational(high, f"{path}.high")
     decide(Below(0, low, f"{path}.low must be positive"))
     decide(Positive(P - low * identity(size), "P − low I"))
     decide(Positive(high * identity(size) - P, "high I − P"))
-    quotients = [rayleigh(P, matrix(v, f"{path}.{name}", size, 1)) for v, name in ((least, "least"), (most, "most"))]
-    return Lyapunov(P=P, smallest=between(low, quotients[0]), largest=between(quotients[1], high))
+    least, most = (rayleigh(P, vector) for vector in vectors)
+    return Lyapunov(P=P, smallest=between(low, least), largest=between(most, high))
 
 
 def rayleigh(P: fmpq_mat, v: fmpq_mat) -> fmpq:
@@ -274,8 +270,6 @@ SOLUTION = Depends(lambda values: sized(read_lyapunov, values.plant))
 def lyapunov(plant: Loop, P: fmpq_mat) -> None:
     """For <the printed data of the plant {plant.name}|this plant> the Lyapunov equation is solved exactly by a positive
     definite matrix.
-
-    ÃᵀP + P Ã = −I has a positive definite solution.
     """
     require_solution(plant, P)
 
@@ -371,8 +365,6 @@ LARGEST_RATIO = 100
 def counterexample(plant: Loop, ratios: list[int], longest: fmpq, lyapunov: Lyapunov) -> Found:
     """The stability result of Sec. IV is false: the loop A = B = C = 1, K = {K}, L = {L} with M = {listed} is unstable
     for every T up to {longest} s; (18) holds for every T below {allowed:down} s and for none from {allowed:up} s.
-
-    A loop that is unstable for every period that (18) allows, for each of the ratios M.
 
     det(I − Φ) < 0 means that the characteristic polynomial of Φ is negative at one, so Φ has a real eigenvalue above.
     """

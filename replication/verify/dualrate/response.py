@@ -285,8 +285,6 @@ def tracking_errors(
     {hold}, the largest tracking error of {observer.words}< of the plant {plant.name}|> {where} of the steady state is
     {sizes}.
 
-    Bounds, in percent of the amplitude, of the largest |y − y_d| in the steady state.
-
     The error is Im(amplitude · e^{st}) with an amplitude of period M T. σ M T is rational and not zero, so no
     rational multiple of π: the phases at which an instant of the period is met are dense, and the supremum is the
     largest modulus of the amplitude.
@@ -328,8 +326,6 @@ def estimates_ordered(plant: Loop, observer: Observer, than: Observer, frequency
     """With y_d = sin({frequency} t) and the command <as printed|K x̂ + ȳ_d − K (y_d, y_d', y_d''), b ȳ_d = y_d'' + a₂
     y_d' + a₃ y_d>, held over {hold}, the largest error of C x̂ at the fast instants in the steady state< of the plant
     {plant.name}|> is {sizes}.
-
-    The largest |y − C x̂| over the fast instants is smaller for one observer than for another.
 
     As for the tracking error, the supremum is the largest modulus of an amplitude, here over the M phases.
     """
