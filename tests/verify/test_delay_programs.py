@@ -14,7 +14,6 @@ from replication.certify.delay import dual as dual_maker
 from replication.certify.delay import levels as maker
 from replication.verify.algebra.linear import identity, zeros
 from replication.verify.delay import levels as delay_levels
-from replication.verify.delay import pade as delay_pade
 from replication.verify.delay import plant as delay_plant
 from replication.verify.delay import sos as delay_sos
 from replication.verify.run import check
@@ -137,4 +136,4 @@ def test_the_functional_on_the_rate_of_a_storage() -> None:
 def test_a_section_of_odd_order_is_accepted() -> None:
     # (2 - s)/(2 + s) = -1 + 4/(s + 2)
     value = {"a": [["-2"]], "b": [["1"]], "c": [["4"]], "d": "-1"}
-    assert delay_pade.read_section(value, "section", 1)[3] == -1
+    assert delay_plant.read_section(value, "section", 1)[3] == -1

@@ -19,7 +19,6 @@ VERIFIER = {
     "algebra.symbolic": ("test_algebra",),
     "delay.identity": ("test_delay_identities", *SAID),
     "delay.levels": ("test_delay", "test_delay_programs", *SAID),
-    "delay.pade": ("test_delay_programs", *SAID),
     "delay.plant": ("test_delay", "test_delay_programs", *SAID),
     "delay.sos": ("test_delay", *SAID),
     "dualrate.loop": DUALRATE,
