@@ -40,7 +40,7 @@ COMMANDS = {
     PRINTED: {"command": "as printed", "input": "y_d'' + a₂ y_d' + a₃ y_d"},
     "corrected": {"command": "with ȳ_d that inverts the motor", "input": "y_d''' + a₃ y_d'' + a₂ y_d'"},
 }
-"""By the form of ȳ_d, as printed or the inverse of the plant: the command in a sentence on the manuscript, and b ȳ_d."""
+"""By the form of ȳ_d, printed or the inverse of the plant: the command in a sentence on the manuscript, and b ȳ_d."""
 
 
 @dataclass(frozen=True, kw_only=True)
