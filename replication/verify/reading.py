@@ -81,8 +81,7 @@ def fields(value: Any, path: str, *names: str) -> tuple[Any, ...]:
     """The values of exactly these fields of an object, in this order; none may be missing, none be left over."""
     values = known_fields(value, path, *names)
     unknown = sorted(value.keys() - {*names})
-    shown = (name if NAME.fullmatch(name) else _shown(name) for name in unknown[:3])
-    require(not unknown, f"{path} has the unknown field {', '.join(shown)}")
+    require(not unknown, f"{path} has the unknown field {', '.join(map(_plain, unknown[:3]))}")
     return values
 
 
@@ -225,6 +224,10 @@ def written(value: Any) -> Any:
     if isinstance(value, Sequence) and not isinstance(value, str):
         return [written(entry) for entry in value]
     return str(value) if isinstance(value, (fmpq, fmpz)) else value
+
+
+def _plain(name: str) -> str:
+    return name if NAME.fullmatch(name) else _shown(name)
 
 
 def _shown(value: Any) -> str:
