@@ -108,7 +108,11 @@ class fmpq_poly(Polynomial):
             roots += [(root, multiplicity) for root in _simple_roots(left.divided(common)[0])]
             left, whole = common, whole.divided(common)[0]
         _require_apart([root for root, _ in roots])
-        return sorted(roots, key=lambda each: (each[0].imag != 0, float(each[0].real), -float(each[0].imag)))
+        return sorted(roots, key=lambda each: _place(each[0]))
+
+
+def _place(root: acb) -> tuple[bool, float, float]:
+    return root.imag != 0, float(root.real), -float(root.imag)
 
 
 def _require_apart(discs: Sequence[acb]) -> None:
