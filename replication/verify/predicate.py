@@ -7,7 +7,7 @@ import json
 import re
 import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, TypeVar
 
@@ -140,41 +140,38 @@ class Says:
     universal: bool = False
 
 
-def exported(
-    says: Says, certificate: Mapping[str, Any], known: Mapping[str, Any], whole: Found
-) -> tuple[Exported, ...]:
-    """The terms with what is proved of them; the plant of a certificate of one's own is called so."""
-    parameters, plant = certificate["parameters"], certificate["plant"]
-    name = str(plant.get("name", "")) if isinstance(plant, Mapping) else ""
-    name = name if certificate.get("paper") is not None else f"own plant {name}"
-    proof = whole if says.found is None else says.found(known)
-    quantity = _chosen(says.quantity, parameters)
-    statement, bounds = unit_of(quantity) == YES_NO, (proof.lower, proof.upper)
-    usual = {key: value for key, value in parameters.items() if key != "relative"}
-    return tuple(
-        Exported(
-            of=Term(
-                quantity=quantity,
-                plant="" if says.universal else name,
-                setting=usual if says.setting is None else _chosen(says.setting, parameters),
-                estimators=estimators,
-            ),
-            unit=unit_of(quantity),
-            readings=_chosen(says.readings, parameters),
-            items=() if statement else tuple((_end(low), _end(high)) for low, high in proof.items or (bounds,)),
-            holds=proof.holds if statement else None,
-        )
-        for estimators in _chosen(says.estimators, parameters)
-    )
-
-
 def as_data(
     terms: tuple[Says, ...], source: str, certificate: Mapping[str, Any], known: Mapping[str, Any], whole: Found
 ) -> tuple[Exported, ...]:
-    """All that a theorem exports; the readings of the paper `source` are not those of another one."""
-    borrowed = source not in ("", certificate.get("paper"))
-    stated = (replace(entry, readings=(NO_READING,)) for entry in terms) if borrowed else terms
-    return tuple(entry for says in stated for entry in exported(says, certificate, known, whole))
+    """The terms of a theorem with what is proved of each; the plant of a certificate of one's own is called so.
+
+    The readings of the paper `source` are not those of another one.
+    """
+    parameters, plant, paper = certificate["parameters"], certificate["plant"], certificate.get("paper")
+    name = str(plant.get("name", "")) if isinstance(plant, Mapping) else ""
+    name = name if paper is not None else f"own plant {name}"
+    usual = {key: value for key, value in parameters.items() if key != "relative"}
+    exported: list[Exported] = []
+    for says in terms:
+        proof = whole if says.found is None else says.found(known)
+        quantity = _chosen(says.quantity, parameters)
+        statement, bounds = unit_of(quantity) == YES_NO, (proof.lower, proof.upper)
+        exported += (
+            Exported(
+                of=Term(
+                    quantity=quantity,
+                    plant="" if says.universal else name,
+                    setting=usual if says.setting is None else _chosen(says.setting, parameters),
+                    estimators=estimators,
+                ),
+                unit=unit_of(quantity),
+                readings=_chosen(says.readings, parameters) if source in ("", paper) else (NO_READING,),
+                items=() if statement else tuple((_end(low), _end(high)) for low, high in proof.items or (bounds,)),
+                holds=proof.holds if statement else None,
+            )
+            for estimators in _chosen(says.estimators, parameters)
+        )
+    return tuple(exported)
 
 
 def _chosen(value: Chosen[T], parameters: Parameters) -> T:

@@ -12,7 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from replication.verify.reading import Reader, fields, name_of, no_number, parse, record, sequence, text, written
+from replication.verify.reading import Reader, name_of, no_number, parse, record, sequence, text, written
 from replication.verify.theorem import Refused, require, same
 
 FORMAT = "replication-certificate/1"
@@ -96,11 +96,11 @@ def papers(root: Path = ROOT) -> tuple[str, ...]:
 def subject(paper: str, name: str, root: Path = ROOT) -> dict[str, Any]:
     """What the certificate of a wanted theorem must say of itself: all its fields but `bound` and `witness`."""
     require(paper in papers(root), f"there is no paper {paper!r:.60} that lists theorems")
-    listed = parse((folder_of(root) / paper / "theorems.json").read_bytes())
-    matches = [entry for entry in listed if entry.get("name") == name]
-    require(len(matches) == 1, f"the paper {paper} wants no theorem named {name}, or more than one")
-    entry = dict(zip(WANTED, fields(matches[0], name, *WANTED), strict=True))
-    return {"format": FORMAT, "paper": paper, **entry, "plant": plant(paper, entry["plant"], root)}
+    listed, _ = theorems(paper, root)
+    require(name in listed, f"the paper {paper} wants no theorem named {name}")
+    wanted = listed[name]
+    entry = {field: getattr(wanted, field) for field in WANTED} | {"claims": [*wanted.claims]}
+    return {"format": FORMAT, "paper": paper, **entry, "plant": plant(paper, wanted.plant, root)}
 
 
 def plant(paper: str, name: str, root: Path = ROOT) -> dict[str, Any]:

@@ -38,7 +38,7 @@ SECONDS = 20
 """Of the processor, after which a child counts as noticed: it runs for ever."""
 LEAST, LONGER = 2, 3
 """So many seconds, and so many times as long as a check without any mutant: in it a mutant runs for ever."""
-ARITHMETIC = tuple(f"{ROOM[0]}.stdlib{part}" for part in (".balls", ".exact", ".matrices", ""))
+ARITHMETIC = tuple(f"{ROOM[0]}.stdlib{part}" for part in (".balls", ".exact", ""))
 """The second arithmetic: classes made of each other, so that all that comes after a changed module is made anew."""
 STRANGER = 8
 """How many times its calls a check costs in the order if it calls nothing of the module."""

@@ -7,7 +7,7 @@ import pytest
 from flint import fmpq
 from tampered import delayed as certificate
 
-from replication.verify.algebra.symbolic import Words, letter, number, one
+from replication.verify.algebra.symbolic import NONE, Words, letter, number, one
 from replication.verify.delay import identity as delay_identity
 from replication.verify.delay.identity import a, canonical
 from replication.verify.run import check
@@ -43,9 +43,9 @@ def test_each_misprint_is_what_is_printed() -> None:
     square = delay_identity.residual(BOTH, "theorem-1-sign")
     assert (square - canonical((z - v * gamma).T * (z - v * gamma))).is_zero()
     late = [(a(f"e{i}(-tau)"), a(f"S{i}(-tau)")) for i in BOTH]
-    ends = delay_identity.total(e.T * S * e * tau * -2 for e, S in late)
+    ends = sum((e.T * S * e * tau * -2 for e, S in late), NONE)
     assert (delay_identity.residual(BOTH, "d-sign") - canonical(ends)).is_zero()
-    steep = delay_identity.total(a(f"e{i}(s)").T * a(f"S{i}_s(s)") * a(f"e{i}(s)") * tau * -2 for i in BOTH)
+    steep = sum((a(f"e{i}(s)").T * a(f"S{i}_s(s)") * a(f"e{i}(s)") * tau * -2 for i in BOTH), NONE)
     assert (delay_identity.residual(BOTH, "f-sign") - canonical(steep)).is_zero()
     factor = delay_identity.residual(BOTH, "eq10-factor")
     assert all(("Z" in str(word)) for _, word in factor.terms)

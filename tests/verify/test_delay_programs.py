@@ -13,8 +13,7 @@ from papers.peet2019.certificates import least
 from replication.certify.delay import dual as dual_maker
 from replication.certify.delay import levels as maker
 from replication.verify.algebra.linear import identity, zeros
-from replication.verify.delay import dual as delay_dual
-from replication.verify.delay import pade as delay_pade
+from replication.verify.delay import levels as delay_levels
 from replication.verify.delay import plant as delay_plant
 from replication.verify.delay import sos as delay_sos
 from replication.verify.run import check
@@ -64,10 +63,10 @@ def full(rows: int, columns: int, rng: random.Random) -> fmpq_mat:
     return fmpq_mat(rows, columns, [rng.randint(-3, 3) for _ in range(rows * columns)])
 
 
-def functional(points: int, functions: int, powers: int) -> delay_dual.Functional:
+def functional(points: int, functions: int, powers: int) -> delay_levels.Functional:
     rng = random.Random(2)
     square = (functions, functions, rng)
-    return delay_dual.Functional(
+    return delay_levels.Functional(
         delay_sos.Form(
             full(points, points, rng),
             {a: full(points, functions, rng) for a in range(powers)},
@@ -96,7 +95,7 @@ def test_the_matrix_on_squares_gives_the_functional_of_every_square(rule: str) -
     weights = functional(points, functions, 2 * degree + 1).weights
     for weight, order in ((delay_sos.UNIFORM, degree), (delay_sos.BUMP, degree - 1)):
         powers = delay_sos.kernels(order, rule)
-        G = delay_dual._on_squares(weights, functions, weight, order, powers)
+        G = delay_levels._on_squares(weights, functions, weight, order, powers)
         size = delay_sos.basis_size(points, functions, order, powers)
         half = full(size, size, random.Random(1))
         M = half + half.transpose()
@@ -137,4 +136,4 @@ def test_the_functional_on_the_rate_of_a_storage() -> None:
 def test_a_section_of_odd_order_is_accepted() -> None:
     # (2 - s)/(2 + s) = -1 + 4/(s + 2)
     value = {"a": [["-2"]], "b": [["1"]], "c": [["4"]], "d": "-1"}
-    assert delay_pade.read_section(value, "section", 1)[3] == -1
+    assert delay_plant.read_section(value, "section", 1)[3] == -1

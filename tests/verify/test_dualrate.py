@@ -21,7 +21,6 @@ from replication.verify.dualrate import loop as dualrate_loop
 from replication.verify.dualrate import loops as dualrate
 from replication.verify.dualrate import lyapunov as dualrate_lyapunov
 from replication.verify.dualrate import response as dualrate_response
-from replication.verify.dualrate import theory as dualrate_identities
 from replication.verify.dualrate.loop import Loop, Observer
 from replication.verify.theorem import Refused
 
@@ -252,15 +251,15 @@ def test_a_peak_between_the_ends_of_a_piece_is_found() -> None:
 
 
 def test_the_errors_are_compared_in_both_cases() -> None:
-    with patch.object(dualrate_identities, "require_errors") as required:
-        dualrate_identities.error_equations.prove()
-        dualrate_identities.second_case.prove()
+    with patch.object(dualrate_lyapunov, "require_errors") as required:
+        dualrate_lyapunov.error_equations.prove()
+        dualrate_lyapunov.second_case.prove()
     assert [call.kwargs["case_2"] for call in required.call_args_list] == [False, True, True]
 
 
 def test_the_estimate_is_the_state_less_its_error() -> None:
     x, xi = 5, 3
-    signals = {name: a * x + b * xi for name, (a, b) in dualrate_identities.SIGNALS.items()}
+    signals = {name: a * x + b * xi for name, (a, b) in dualrate_lyapunov.SIGNALS.items()}
     assert signals == {"x": 5, "zeta": 2}
 
 

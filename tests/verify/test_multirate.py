@@ -273,9 +273,9 @@ def test_what_no_statement_fits_says_so() -> None:
 def test_there_are_as_many_cases_as_are_allowed_and_no_more() -> None:
     one = own("okajima2023/lost-samples-2-3")
     count = len(one["witness"]["L"])
-    with patch("replication.verify.multirate.losses.MOST_CASES", count):
+    with patch("replication.verify.multirate.levels.MOST_CASES", count):
         check(one)
-    with patch("replication.verify.multirate.losses.MOST_CASES", count - 1), pytest.raises(Refused, match="more than"):
+    with patch("replication.verify.multirate.levels.MOST_CASES", count - 1), pytest.raises(Refused, match="more than"):
         check(one)
     one["parameters"] |= {"periods": [16, 17], "misses": [6, 6]}
     with pytest.raises(Refused, match="more than 2000 cases"):

@@ -15,8 +15,8 @@ from replication.verify.predicate import (
     Exported,
     Predicate,
     Says,
+    as_data,
     differences,
-    exported,
     in_words,
     term,
     unit_of,
@@ -138,13 +138,12 @@ MADE = {"paper": "toy", "plant": {"name": "lag"}, "parameters": {"N": 2, "relati
 
 def test_a_term_has_the_plant_the_parameters_and_the_bounds_unless_it_says_otherwise() -> None:
     whole = Found(lower=fmpq(1, 2), upper=fmpq(3), holds=True)
-    (usual,) = exported(Says(quantity="gain"), MADE, {}, whole)
+    (usual,) = as_data((Says(quantity="gain"),), "", MADE, {}, whole)
     assert usual == Exported(of=term("gain", "lag", N=2), unit="1", items=(("1/2", "3"),))
-    (fact,) = exported(Says(quantity="observability", universal=True), MADE, {}, whole)
+    (fact,) = as_data((Says(quantity="observability", universal=True),), "", MADE, {}, whole)
     assert fact == Exported(of=term("observability", N=2), unit="yes or no", holds=True)
-    (own,) = exported(
-        Says(quantity="gain"), {**MADE, "paper": None, "plant": None}, {}, Found(items=((None, fmpq(1)),))
-    )
+    own_plant = {**MADE, "paper": None, "plant": None}
+    (own,) = as_data((Says(quantity="gain"),), "", own_plant, {}, Found(items=((None, fmpq(1)),)))
     assert (own.of.plant, own.items) == ("own plant ", ((None, "1"),))
 
 

@@ -1,4 +1,7 @@
-"""Words in letters, and matrices of blocks of them: an identity holds for matrices of all sizes that fit."""
+"""Words in letters, and matrices of blocks of them: an identity holds for matrices of all sizes that fit.
+
+Letters do not commute: one stands for a matrix, or an operator; a central letter for a number, which commutes with all.
+"""
 
 from __future__ import annotations
 
@@ -8,11 +11,6 @@ from dataclasses import dataclass
 from flint import fmpq
 
 from replication.verify.stdlib.balls import Ring
-
-# Sums of words in letters that do not commute: an identity between them holds for matrices of all sizes that fit.
-#
-# A letter stands for a matrix, or an operator; a central letter stands for a number, which commutes with all.
-
 
 Letter = tuple[str, bool]
 """Name, and whether transposed."""
@@ -160,16 +158,12 @@ class Symbolic(Ring):
     def __matmul__(self, other: Symbolic) -> Symbolic:
         """The product."""
         columns = tuple(zip(*other.rows, strict=True))
-        return Symbolic(tuple(tuple(_dot(row, column) for column in columns) for row in self.rows))
+        pairs = ([zip(row, column, strict=True) for column in columns] for row in self.rows)
+        return Symbolic(tuple(tuple(sum((a * b for a, b in pair), NONE) for pair in row) for row in pairs))
 
     def is_zero(self) -> bool:
         """Whether every entry is zero."""
         return all(entry.is_zero() for row in self.rows for entry in row)
-
-
-def _dot(row: Sequence[Words], column: Sequence[Words]) -> Words:
-    first, *others = (a * b for a, b in zip(row, column, strict=True))
-    return sum(others, first)
 
 
 def letters(*names: str, symmetric: Sequence[str] = ()) -> tuple[Symbolic, ...]:

@@ -1,5 +1,5 @@
 """Statements on observers of systems with delays: levels from both sides, approximations, and identities."""
 
-from replication.verify.delay import dual, identity, levels, pade
+from replication.verify.delay import identity, levels, plant
 
-__all__ = ["dual", "identity", "levels", "pade"]
+__all__ = ["identity", "levels", "plant"]

@@ -8,7 +8,7 @@ Both sides are sums over the delays i and over pairs (i, j). Without delays, wit
 are then the terms without index, those of each i, and those of each pair, and both sides with any number of delays.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from flint import fmpq, fmpq_mat
@@ -40,14 +40,10 @@ def a(name: str) -> Words:
     return letter(name, symmetric=name[0] in "PS")
 
 
-def total(terms: Iterator[Words]) -> Words:
-    """Their sum."""
-    return sum(terms, one() * 0)
-
-
 def canonical(form: Words) -> Words:
     """The same number, with one of each word and its transpose."""
-    return total(Words({(n, min(word, mirrored(word))): c}, form.symmetric) for (n, word), c in form.terms.items())
+    terms = (Words({(n, min(word, mirrored(word))): c}, form.symmetric) for (n, word), c in form.terms.items())
+    return sum(terms, NONE)
 
 
 def mirrored(word: tuple[Letter, ...]) -> tuple[Letter, ...]:
@@ -67,7 +63,7 @@ def _turned(name: str, flag: bool, twice: bool) -> Letter:
 
 def drift(delays: Sequence[int]) -> Words:
     """A e - B w in the present."""
-    return a("A0") * a("e0") - a("B") * a("w") + total(a(f"A{i}") * a(f"e{i}(-tau)") for i in delays)
+    return sum((a(f"A{i}") * a(f"e{i}(-tau)") for i in delays), a("A0") * a("e0") - a("B") * a("w"))
 
 
 def dissipation(delays: Sequence[int], factor: Words) -> Words:
@@ -91,7 +87,7 @@ def dissipation(delays: Sequence[int], factor: Words) -> Words:
 
 def output(delays: Sequence[int]) -> Words:
     """C_1 e."""
-    return a("C0") * a("e0") + total(a(f"C{i}") * a(f"e{i}(-tau)") for i in delays)
+    return sum((a(f"C{i}") * a(f"e{i}(-tau)") for i in delays), a("C0") * a("e0"))
 
 
 def quadratic_form(delays: Sequence[int], misprint: str) -> Words:
@@ -116,7 +112,8 @@ def quadratic_form(delays: Sequence[int], misprint: str) -> Words:
 
 def _phi_0(i: int, delays: Sequence[int], misprint: str) -> Words:
     """tau_K times the block of e_0 against e_i."""
-    block = (a("A0").T * a(f"Q{i}(s)") - a(f"Q{i}_s(s)")) * TAU + total(a(f"R{i}{k}(s,0)").T for k in delays)
+    local = (a("A0").T * a(f"Q{i}(s)") - a(f"Q{i}_s(s)")) * TAU
+    block = sum((a(f"R{i}{k}(s,0)").T for k in delays), local)
     Z3, Z4 = a(f"Z3{i}(s)") * a("C_2"), a(f"Z4{i}(s)") * a("C_2")
     return (block + (Z4 + Z3.T) * TAU).T if misprint == "e-transposes" else block + (Z3 + Z4.T) * TAU
 

@@ -6,7 +6,6 @@ instants X = (e^{sMT} I − Φ)^{-1} Γ, where Γ is what the command alone brin
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from functools import partial
 from math import factorial
 from typing import Any
@@ -36,19 +35,12 @@ TERMS, PIECES, PARTS = 24, 32, 2000
 """Of the Taylor polynomials; of a fast period; that a piece may be cut into before the bound is given up."""
 
 
-class Feedforward(StrEnum):
-    """ȳ_d: as printed, or as the inverse of the plant."""
-
-    PRINTED = "printed"
-    CORRECTED = "corrected"
-
-
-PRINTED = Feedforward.PRINTED
+PRINTED = "printed"
 COMMANDS = {
     PRINTED: {"command": "as printed", "input": "y_d'' + a₂ y_d' + a₃ y_d"},
-    Feedforward.CORRECTED: {"command": "with ȳ_d that inverts the motor", "input": "y_d''' + a₃ y_d'' + a₂ y_d'"},
+    "corrected": {"command": "with ȳ_d that inverts the motor", "input": "y_d''' + a₃ y_d'' + a₂ y_d'"},
 }
-"""The command in a sentence on the manuscript, and b ȳ_d."""
+"""By the form of ȳ_d, printed or the inverse of the plant: the command in a sentence on the manuscript, and b ȳ_d."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,14 +70,14 @@ def require_position_form(loop: Loop) -> None:
     require(chained and reached and b != 0, "the command is defined for a plant in position, speed and acceleration")
 
 
-def command_amplitude(loop: Loop, s: acb, form: Feedforward) -> acb:
+def command_amplitude(loop: Loop, s: acb, form: str) -> acb:
     """r of u = K x̂ + Im(r e^{st}): ȳ_d − K (y_d, y_d', y_d'') with one of the forms of ȳ_d.
 
     The loop is one for which `require_position_form` holds.
     """
     A, b = loop.A, acb(loop.B[2, 0])
     a2, a3 = acb(-A[2, 1]), acb(-A[2, 2])
-    pushed = s**2 + a2 * s + a3 if form is PRINTED else s**3 + a3 * s**2 + a2 * s
+    pushed = s**2 + a2 * s + a3 if form == PRINTED else s**3 + a3 * s**2 + a2 * s
     return pushed / b - sum((acb(loop.K[0, i]) * s**i for i in range(3)), acb(0))
 
 
@@ -94,7 +86,7 @@ def turn(s: acb, time: fmpq) -> acb:
     return (s * acb(time)).exp()
 
 
-def driven(loop: Loop, observer: Observer, s: acb, form: Feedforward, start: Sequence[acb]) -> Passage:
+def driven(loop: Loop, observer: Observer, s: acb, form: str, start: Sequence[acb]) -> Passage:
     """Parts of the amplitudes over a slow period with the command, from those of (x, ζ)."""
     n, amplitude = loop.order, command_amplitude(loop, s, form)
     return pass_period(
@@ -102,7 +94,7 @@ def driven(loop: Loop, observer: Observer, s: acb, form: Feedforward, start: Seq
     )
 
 
-def steady_start(loop: Loop, observer: Observer, s: acb, form: Feedforward = PRINTED) -> list[acb]:
+def steady_start(loop: Loop, observer: Observer, s: acb, form: str = PRINTED) -> list[acb]:
     """X: amplitudes of (x, ζ) at the slow instants; refused if e^{sMT} may be an eigenvalue of Φ."""
     end = driven(loop, observer, s, form, [acb(0)] * (2 * loop.order))
     added = acb_mat([[entry] for entry in amplitudes(end.state) + amplitudes(end.estimate)])
@@ -110,13 +102,13 @@ def steady_start(loop: Loop, observer: Observer, s: acb, form: Feedforward = PRI
     return resolved(monodromy(loop, observer), turn(s, loop.M * loop.T), added, excited).entries()
 
 
-def steady_passage(loop: Loop, observer: Observer, s: acb, form: Feedforward = PRINTED) -> Passage:
+def steady_passage(loop: Loop, observer: Observer, s: acb, form: str = PRINTED) -> Passage:
     """Parts of the amplitudes at the phases of a slow period that starts at t = 0, not turned back."""
     return driven(loop, observer, s, form, steady_start(loop, observer, s, form))
 
 
 def steady_motion(
-    loop: Loop, observer: Observer, sigma: fmpq, scales: Sequence[fmpq], form: Feedforward = PRINTED
+    loop: Loop, observer: Observer, sigma: fmpq, scales: Sequence[fmpq], form: str = PRINTED
 ) -> tuple[Motion, acb_mat]:
     """The motion within a fast period and v at each phase, a column, with y_d = sin σt; refused unless stable."""
     require_position_form(loop)
@@ -258,7 +250,7 @@ def _bounds(i: int, known: Mapping[str, Any]) -> Found:
     "dualrate.tracking-errors",
     parameters={
         "observer": OBSERVER,
-        "feedforward": sized(one_of, Feedforward),
+        "feedforward": sized(one_of, COMMANDS),
         "instants": sized(one_of, INSTANTS),
         "frequencies": sized(several, positive, MOST),
     },
@@ -274,18 +266,11 @@ def _bounds(i: int, known: Mapping[str, Any]) -> Found:
     ),
 )
 def tracking_errors(
-    plant: Loop,
-    observer: Observer,
-    feedforward: Feedforward,
-    instants: str,
-    frequencies: list[fmpq],
-    errors: list[Error],
+    plant: Loop, observer: Observer, feedforward: str, instants: str, frequencies: list[fmpq], errors: list[Error]
 ) -> Found:
     """With y_d = sin σt and the command <{command}|K x̂ + ȳ_d − K (y_d, y_d', y_d''), b ȳ_d = {input}>, held over
     {hold}, the largest tracking error of {observer.words}< of the plant {plant.name}|> {where} of the steady state is
     {sizes}.
-
-    Bounds, in percent of the amplitude, of the largest |y − y_d| in the steady state.
 
     The error is Im(amplitude · e^{st}) with an amplitude of period M T. σ M T is rational and not zero, so no
     rational multiple of π: the phases at which an instant of the period is met are dense, and the supremum is the
@@ -328,8 +313,6 @@ def estimates_ordered(plant: Loop, observer: Observer, than: Observer, frequency
     """With y_d = sin({frequency} t) and the command <as printed|K x̂ + ȳ_d − K (y_d, y_d', y_d''), b ȳ_d = y_d'' + a₂
     y_d' + a₃ y_d>, held over {hold}, the largest error of C x̂ at the fast instants in the steady state< of the plant
     {plant.name}|> is {sizes}.
-
-    The largest |y − C x̂| over the fast instants is smaller for one observer than for another.
 
     As for the tracking error, the supremum is the largest modulus of an amplitude, here over the M phases.
     """

@@ -128,7 +128,7 @@ class _Inequality:
     """The inequality of `require_level` on pieces of the range."""
 
     def __init__(self, plant: Plant, case: Case, level: fmpq, P: list[arb_mat]) -> None:
-        self.plant, self.case, self.P = plant, case, P
+        self.plant, self.case, self.P, self.time = plant, case, P, case.time
         self.states = len(P) // (len(case.filter.cells) - 1)
         output = case.filter.output(plant)
         states, inputs = output.ncols(), plant.B.ncols()
@@ -143,10 +143,6 @@ class _Inequality:
         self.spread = cache(lambda share: system.flow(plant, arb(0).union(self.time(share) - self.time(fmpq(0)))))
         self.at_end = cache(lambda share: self.corner(system.upper_rows(plant, self.flow(share)), self.time(share)))
         self.holds_at_end = cache(lambda pair, share: self.holds(pair, self.at_end(share)))
-
-    def time(self, share: fmpq) -> arb:
-        """The period at this share of the way between the ends of the range."""
-        return system.seconds(system.along(*self.case.ends, share))
 
     def fails(self, a: fmpq, b: fmpq, transitions: list[Pair]) -> list[Pair]:
         """The pairs (c, d) for which the inequality is not proved at every period between the shares a and b.
@@ -225,7 +221,7 @@ def require_motion(plant: Plant, case: Case, level: fmpq, pattern: list[fmpq], t
     spend(
         (len(pattern) + 30 * len(distinct) * len(cells)) * (states + inputs) ** 3 * BALL, "the motion under the pattern"
     )
-    times = {share: system.seconds(system.along(*case.ends, share)) for share in distinct}
+    times = {share: case.time(share) for share in distinct}
     moves = {share: case.filter.steps(plant, system.step_at(plant, h)) for share, h in times.items()}
     gains = [system.cell_of(cells, share) for share in (pattern[-1], *pattern[:-1])]
     steps = [moves[share][gain] for share, gain in zip(pattern, gains, strict=True)]

@@ -70,9 +70,8 @@ def read_alpha(value: Any, path: str, n: int) -> Alpha:
     """{lower, upper, P, turn, direction} for a plant of n states."""
     low, high, storage, turn, direction = fields(value, path, "lower", "upper", "P", "turn", "direction")
     response = read_response({"turn": turn, "direction": direction}, path, n)
-    return Alpha(
-        positive(low, f"{path}.lower"), positive(high, f"{path}.upper"), symmetric(storage, f"{path}.P", n), response
-    )
+    bounds = positive(low, f"{path}.lower"), positive(high, f"{path}.upper")
+    return Alpha(*bounds, symmetric(storage, f"{path}.P", n), response)
 
 
 def small_gain(A: fmpq_mat, Phi: arb_mat, alpha: Alpha) -> arb:
@@ -126,18 +125,13 @@ def run_algorithm(plant: Plant, passes: list[list[Alpha]]) -> tuple[list[arb], l
         number = len(witnesses)
         require(number == len(new), f"witness.passes[{count}] must have {len(new)} elements, got {number}")
         for h, alpha in zip(new, witnesses, strict=True):
-            intervals.append(covered(h, below, above, above, small_gain(plant.A, state_transition(plant, h), alpha)))
+            intervals.append(covered(h, below, above, above, small_gain(plant.A, hold(plant.A, plant.B, h)[0], alpha)))
         elements += new
         new = [(a + b) / 2 for a, b in gaps(intervals, start, stop)]
         if not new:
             require(count + 1 == len(passes), "witness.passes goes on after the range is covered")
             return elements, intervals
     raise Refused(f"after {len(passes)} passes the range is not covered: {len(new)} gaps are left")
-
-
-def state_transition(plant: Plant, h: arb) -> arb_mat:
-    """Phi(h)."""
-    return hold(plant.A, plant.B, h)[0]
 
 
 def gaps(intervals: list[Interval], start: arb, stop: arb) -> list[tuple[arb, arb]]:
@@ -199,7 +193,7 @@ def upper_end(plant: Plant) -> Found:
         printed = f"as printed the bound exceeds 1/alpha at the end by a factor in {(below / above).str(6)}"
         return Found(words={"printed": printed})
     decide(Below(above, 0, "neither U3 nor its misprint is decided by these signs"))
-    Phi = state_transition(plant, seconds(plant.middle))
+    Phi = hold(plant.A, plant.B, seconds(plant.middle))[0]
     unit = arb_mat(identity(plant.order))
     at_one = arb_mat(plant.A) * Phi * solved(unit - Phi, unit, "I - Phi is not proved invertible")
     # The squared entries of a matrix of order n add up to at most n times its squared norm.
@@ -262,7 +256,7 @@ def stalls(plant: Plant, witness: Alpha) -> Found:
     start, stop = seconds(plant.h_l), seconds(plant.h_u)
     h = (start + stop) / 2
     below, above = logarithmic_norm(-plant.A), logarithmic_norm(plant.A)
-    size = small_gain(plant.A, state_transition(plant, h), witness)
+    size = small_gain(plant.A, hold(plant.A, plant.B, h)[0], witness)
     tested, marked = (covered(h, below, above, below, used) for used in (size, size.sqrt()))
     require(not covers(tested, start, stop), "step 3 does not fail: the algorithm ends")
     how = "the interval by the root of alpha is empty, and the middle of the range is in the grid already"
@@ -299,7 +293,7 @@ def same_level(plant: Plant, cells: int, cell: int, alpha: fmpq, radius: fmpq, l
     require(cell < cells, "witness.cell is not one of the cells")
     h = seconds(plant.along(fmpq(2 * cell + 1, 2 * cells)))
     moved = replace(plant, A=modal(plant.A))
-    require_response(moved.A, state_transition(moved, h), alpha, proof["response"])
+    require_response(moved.A, hold(moved.A, moved.B, h)[0], alpha, proof["response"])
     half = (seconds(plant.h_u) - seconds(plant.h_l)) / (2 * cells)
     require_radius(moved.A, half, radius, proof["direction"])
     case = Case(ends=(plant.h_l, plant.h_u), weight="samples", filter=proof["filter"], level=level)

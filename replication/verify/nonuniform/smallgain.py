@@ -30,7 +30,6 @@ from replication.verify.nonuniform.system import (
     on_filtered,
     on_plant,
     seconds,
-    step_at,
 )
 from replication.verify.predicate import Says
 from replication.verify.reading import MAX_ENTRIES, fields, integer, positive, rational, sequence, sized, symmetric
@@ -189,8 +188,7 @@ def half_space(plant: Plant, filter_: Filter, level: fmpq, points: list[Point]) 
     """The normal of a half-space in which C_f' lies, and its limit."""
     n = plant.order
     spend(len(points) * 10 * n**3 * BALL, "the responses on the unit circle")
-    step = acb_mat(step_at(plant, seconds(plant.middle)))
-    Phi, Gamma = (acb_mat([row[part] for row in step.tolist()]) for part in (slice(0, n), slice(n, None)))
+    Phi, Gamma = map(acb_mat, hold(plant.A, plant.B, seconds(plant.middle)))
     normal, limit = [arb(0)] * n, arb(0)
     for z, u in points:
         x = resolved(Phi, z, Gamma)

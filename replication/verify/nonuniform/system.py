@@ -14,7 +14,7 @@ from flint import arb, arb_mat, fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, generator
 from replication.verify.kernel import Hurwitz, Within, decide
-from replication.verify.reading import fields, known_fields, matrix, one_of, rational, record, sequence, sized, states
+from replication.verify.reading import fields, matrix, one_of, rational, record, sequence, sized, states
 from replication.verify.statement import statement
 from replication.verify.theorem import Refused, require
 
@@ -96,9 +96,8 @@ class Plant:
 
 def read_plant(value: Any, path: str = "plant") -> Plant:
     """The plant of a certificate, shapes checked; a filter that is printed with it is left alone."""
-    A, B, C, D, L, *ends = known_fields(value, path, "A", "B", "C", "D", "L", "h_l", "h_u", "name")[:-1]
-    others = set(value) - {"A", "B", "C", "D", "L", "h_l", "h_u", "name", "filter"}
-    require(not others, f"{path} has the unknown field {min(others, default='')}")
+    beside = ["filter"] if isinstance(value, dict) and "filter" in value else []
+    A, B, C, D, L, *ends = fields(value, path, "A", "B", "C", "D", "L", "h_l", "h_u", "name", *beside)[:7]
     A = states(A, f"{path}.A")
     n = A.nrows()
     B, C = matrix(B, f"{path}.B", rows=n), matrix(C, f"{path}.C", columns=n)
@@ -149,6 +148,10 @@ class Case:
         sequences = f"at the constant period {low} s" if low == high else f"over all periods from {low} to {high} s"
         return sequences + {"samples": "", "duration": ", both norms weighted by the periods,"}[self.weight]
 
+    def time(self, share: fmpq) -> arb:
+        """The period at this share of the way between the ends."""
+        return seconds(along(*self.ends, share))
+
     @property
     def least(self) -> str:
         """The shortest period, in words."""
@@ -172,9 +175,8 @@ def ends_between(plant: Plant, first: str, last: str) -> Ends:
     return plant.period(first), plant.period(last)
 
 
-WEIGHT = sized(one_of, ("samples", "duration"))
-"""The reader of how the samples are weighted: all alike, or by their periods."""
-SCOPE = {"from": PERIOD, "to": PERIOD, "weight": WEIGHT}
+SCOPE = {"from": PERIOD, "to": PERIOD, "weight": sized(one_of, ("samples", "duration"))}
+"""weight: whether all samples count alike, or by their periods."""
 
 
 def read_case(value: Any, path: str, plant: Plant, **more: Any) -> Case:
