@@ -15,6 +15,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import msgspec
 from markupsafe import Markup
 
 from replication.audit.inspect.headline import GROUPS, headline, plain
@@ -60,7 +61,8 @@ def render(results: ResultsFile, figures: Path, root: str = "../") -> str:
 
 
 def shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
-    """What the templates show."""
+    """What the templates show; tables are in the order of the results file, so that its page is that of the run."""
+    results = msgspec.convert(msgspec.to_builtins(results, order="deterministic"), ResultsFile)
     _require_known(results)
     read = targets(results.claims)
     order = list(standings(results))
