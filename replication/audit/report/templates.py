@@ -35,7 +35,7 @@ _UNTOUCHED = frozenset("a button h1 h2 h3 h4 svg math script style summary label
 def terms(papers: Iterable[PaperRecord]) -> dict[str, str]:
     """The terms of the report, and those that these papers add, in the order in which the results file has them."""
     briefs = (paper.brief for paper in papers if paper.brief is not None)
-    return TERMS | {term: text for brief in briefs for term, text in brief.terms.items()}
+    return TERMS | {term: text for brief in briefs for term, text in sorted(brief.terms.items())}
 
 
 def word(term: str) -> str:
