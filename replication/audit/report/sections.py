@@ -4,7 +4,7 @@ A section is a line in `_SECTIONS`, a template `html/<name>.html.j2`, which find
 returned under the name `shown`, and where its heading is a result a line in `html/headings.html.j2`. A builder that
 returns None leaves its section out. First the papers side by side, then what stands behind the claims: theorems,
 experiments, allowances, and the rounding of the digits. What is derived from the results is handed over as numbers,
-which the templates write: a number inside a text of a builder's own stops the build (`guard`).
+which the templates write: a number inside a text of a builder's own stops the build (`page`).
 """
 
 import math
