@@ -157,10 +157,8 @@ def _settings(experiment: ExperimentRecord) -> tuple[Any, ...]:
     return tuple((solver.name, solver.version, solver.options) for solver in experiment.solvers)
 
 
-def _proof(record: ClaimRecord, results: ResultsFile) -> tuple[tuple[bool, bool], ...]:
-    return tuple(
-        (erratum.holds, bool(erratum.error)) for erratum in results.errata if erratum.id == record.claim.erratum
-    )
+def _proof(record: ClaimRecord, results: ResultsFile) -> list[tuple[bool, bool]]:
+    return [(erratum.holds, bool(erratum.error)) for erratum in results.errata if erratum.id == record.claim.erratum]
 
 
 def _differ(pair: tuple[Any, Any], *names: str) -> bool:
