@@ -14,8 +14,7 @@ from lab import Inside, Lab, make_inside
 from tables import rows
 
 from replication.audit.report import sections, templates
-from replication.audit.report.guard import numbers_of, require_sourced
-from replication.audit.report.page import build_report
+from replication.audit.report.page import build_report, numbers_of, require_sourced
 from replication.audit.store.records import ResultsFile
 from replication.errors import AuditError
 

@@ -15,7 +15,7 @@ from replication.audit.judge.policies import same_fact
 from replication.audit.judge.proofs import no_theorem, wanted, with_proofs
 from replication.audit.judge.validate import unused_readings
 from replication.audit.judge.verdict import rejudge
-from replication.audit.model import Experiment, Judgement, StatedClaim, Verdict
+from replication.audit.model import Judgement, StatedClaim, Verdict
 from replication.audit.parts import Paper
 from replication.audit.run.draw import checksums
 from replication.audit.run.runner import Outcome, run
@@ -199,18 +199,16 @@ def stated(papers: Sequence[Paper]) -> dict[Name, dict[str, Any]]:
         fields |= {("claim", claim.id): {name: getattr(claim, name) for name in stands} for claim in paper.claims}
         fields |= {("erratum", erratum.id): shared(ErratumRecord, erratum) | key for erratum in paper.errata}
         fields |= {("figure", figure.name): shared(FigureRecord, figure) | key for figure in paper.figures}
-        fields |= {("experiment", experiment.name): _experiment(experiment) | key for experiment in paper.experiments}
+        for experiment in paper.experiments:
+            inputs = encode(f"the inputs of {experiment.name}", dict(experiment.inputs), sort=True)
+            declared = {"function": function_name(experiment), "inputs": json.loads(inputs)}
+            fields["experiment", experiment.name] = declared | key
     return fields
 
 
 def _stored(results: ResultsFile) -> list[tuple[Name, Any]]:
     """The records of a results file under the same names."""
     return [(key, record.claim if key[0] == "claim" else record) for key, record in results.named(*OF_PAPERS)]
-
-
-def _experiment(experiment: Experiment) -> dict[str, Any]:
-    inputs = encode(f"the inputs of {experiment.name}", dict(experiment.inputs), sort=True)
-    return {"function": function_name(experiment), "inputs": json.loads(inputs)}
 
 
 def _show(value: object) -> str:

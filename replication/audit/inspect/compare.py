@@ -136,15 +136,7 @@ def _causes(old: ClaimRecord, new: ClaimRecord, before: ResultsFile, after: Resu
         yield Cause.CLAIM
     if _proof(old, before) != _proof(new, after):
         yield Cause.ERRATUM
-    yield from _experiment_causes(old, before, after)
     runs = before.run, after.run
-    for cause, names in OF_RUN.items():
-        # The functions that answer claims are not part of any experiment; a dirty tree may hold any of them.
-        if _differ(runs, *names) or (cause is Cause.SOURCES and any(run.dirty for run in runs)):
-            yield cause
-
-
-def _experiment_causes(old: ClaimRecord, before: ResultsFile, after: ResultsFile) -> Iterator[Cause]:
     used = {run.name: run for run in before.experiments if run.name in old.claim.uses}
     pairs = [(used[run.name], run) for run in after.experiments if run.name in used]
     if any(first.inputs != second.inputs for first, second in pairs):
@@ -152,19 +144,21 @@ def _experiment_causes(old: ClaimRecord, before: ResultsFile, after: ResultsFile
     if any(_settings(first) != _settings(second) for first, second in pairs):
         yield Cause.SOLVER
     # A key covers sources, inputs, lock, Python and packages: it tells of other code only if the rest is the same.
-    same_setting = not _differ((before.run, after.run), "lock_sha256", "python", "packages")
+    same_setting = not _differ(runs, "lock_sha256", "python", "packages")
     if same_setting and any(first.key != second.key and first.inputs == second.inputs for first, second in pairs):
         yield Cause.CODE
+    for cause, names in OF_RUN.items():
+        # The functions that answer claims are not part of any experiment; a dirty tree may hold any of them.
+        if _differ(runs, *names) or (cause is Cause.SOURCES and any(run.dirty for run in runs)):
+            yield cause
 
 
 def _settings(experiment: ExperimentRecord) -> tuple[Any, ...]:
     return tuple((solver.name, solver.version, solver.options) for solver in experiment.solvers)
 
 
-def _proof(record: ClaimRecord, results: ResultsFile) -> tuple[tuple[bool, bool], ...]:
-    return tuple(
-        (erratum.holds, bool(erratum.error)) for erratum in results.errata if erratum.id == record.claim.erratum
-    )
+def _proof(record: ClaimRecord, results: ResultsFile) -> list[tuple[bool, bool]]:
+    return [(erratum.holds, bool(erratum.error)) for erratum in results.errata if erratum.id == record.claim.erratum]
 
 
 def _differ(pair: tuple[Any, Any], *names: str) -> bool:

@@ -28,8 +28,8 @@ _PLAINER = tuple(
         (r"\\(?:math\w\w|text(?:bf|it|rm)?|boldsymbol|bm)\s*\{([^{}]*)\}", r"\1"),
         (r"\\pm(?![A-Za-z])", "±"),
         (r"\\(?:times|cdot)(?![A-Za-z])\s*", "×"),
-        (r"\\leq?(?:slant)?(?![A-Za-z])", "≤"),
-        (r"\\geq?(?:slant)?(?![A-Za-z])", "≥"),
+        (r"\\leq?(?:slant)?(?![A-Za-z])|<=", "≤"),
+        (r"\\geq?(?:slant)?(?![A-Za-z])|>=", "≥"),
         (r"\\(?:sim|approx)(?![A-Za-z])", "~"),
         (r"\\(?:left|right)(?![A-Za-z])|^\\\(|\\\)$|\\!", ""),
         (r"\\([%&#$])", r"\1"),
@@ -108,7 +108,6 @@ def level_of(text: str) -> str:
 
 
 T = TypeVar("T")
-RELATIONS = {"<": "<", "≤": "≤", "<=": "≤", ">": ">", "≥": "≥", ">=": "≥"}
 
 _REAL = re.compile(REAL)
 _COMPLEX = re.compile(rf"([+-]?{UNSIGNED})\s*([+±-])\s*({UNSIGNED})\s*[ij]")
@@ -224,8 +223,8 @@ def parse(text: str) -> Printed:
     if not body:
         raise AuditError("the printed value is empty; give the string that stands in the paper")
     relation = ""
-    if match := re.match(r"<=|>=|[<>≤≥]", body):
-        relation, body = RELATIONS[match.group()], body[match.end() :].strip()
+    if match := re.match(r"[<>≤≥]", body):
+        relation, body = match[0], body[1:].strip()
     body = _PER_CENT.sub("", body)
     if (ends := _RANGE.fullmatch(body)) is not None:
         body = f"({ends[1]}, {ends[2]})"

@@ -162,21 +162,17 @@ def with_proofs(
         return evidence, False, ""
     paths = ", ".join(certificate.path for certificate in certificates)
     result = match(claim, evidence, certificates)
-    _require_agreement(result, evidence, paths)
+    computed = {outcome.reading: outcome.holds for outcome in evidence.outcomes}
+    for reading, holds in result.by_reading.items():
+        answer = computed.get(reading) if computed else evidence.holds
+        if None not in (holds, answer) and holds != answer:
+            raise AuditError(f"the theorems of {paths} contradict the evidence, which says holds: {answer}")
     ends = [(_outward(bound.low, -math.inf), _outward(bound.high, math.inf)) for bound in result.bounds]
     numeric = claim.kind in NUMERIC
     bracketed = _bracketed(evidence, ends, paths, numeric) if result.proved or (numeric and ends) else evidence
     if result.proved:
         return bracketed, True, ""
     return evidence, False, result.difference or OPEN
-
-
-def _require_agreement(result: Match, evidence: Evidence, paths: str) -> None:
-    computed = {outcome.reading: outcome.holds for outcome in evidence.outcomes}
-    for reading, holds in result.by_reading.items():
-        answer = computed.get(reading) if computed else evidence.holds
-        if None not in (holds, answer) and holds != answer:
-            raise AuditError(f"the theorems of {paths} contradict the evidence, which says holds: {answer}")
 
 
 def _bracketed(evidence: Evidence, ends: Sequence[Ends], paths: str, numeric: bool) -> Evidence:

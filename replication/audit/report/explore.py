@@ -192,7 +192,6 @@ def _view(
     drawn_on = axes(across, shown, log_x=picture.log_x, log_y=picture.log_y, margin=60)
     start = across[0] if picture.begin is None else picture.begin
     begin = min(range(len(across)), key=lambda i: abs(across[i] - start))
-    pairs = list(zip(picture.curves, drawn, strict=True))
     # A name stands at the end of its curve, with a second line if it is long, and the value below.
     last = [[[y for y in line if math.isfinite(y)][-1] for line in lines] for lines in drawn]
     ends = [sum(map(drawn_on.y, values)) / len(values) for values in last]
@@ -201,7 +200,7 @@ def _view(
         picture=picture,
         curves=tuple(
             _curve(curve, lines, across, drawn_on, begin, height, refuted)
-            for (curve, lines), height in zip(pairs, heights, strict=True)
+            for curve, lines, height in zip(picture.curves, drawn, heights, strict=True)
         ),
         axes=drawn_on,
         begin=begin,

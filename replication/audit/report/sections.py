@@ -4,7 +4,7 @@ A section is a line in `_SECTIONS`, a template `html/<name>.html.j2`, which find
 returned under the name `shown`, and where its heading is a result a line in `html/headings.html.j2`. A builder that
 returns None leaves its section out. First the papers side by side, then what stands behind the claims: theorems,
 experiments, allowances, and the rounding of the digits. What is derived from the results is handed over as numbers,
-which the templates write: a number inside a text of a builder's own stops the build (`guard`).
+which the templates write: a number inside a text of a builder's own stops the build (`page`).
 """
 
 import math
@@ -123,30 +123,24 @@ def chart(shown: Sequence[Column]) -> Chart | None:
 
 def across(results: ResultsFile) -> tuple[Column, ...]:
     """The columns of all papers. A sensor without an ideal (multiple 1) is left out."""
-    return tuple(column for paper in results.papers for column in _columns(paper))
-
-
-def _columns(paper: PaperRecord) -> list[Column]:
     columns = []
-    for sensor in dict.fromkeys(level.sensor for level in paper.common):
-        levels = [level for level in paper.common if level.sensor == sensor]
-        ideal = next((level for level in levels if level.multiple == 1), None)
-        if ideal is not None:
-            costs = {level.multiple: (level.lower / ideal.upper, level.upper / ideal.lower) for level in levels}
-            costs[1] = (1.0, 1.0)
-            columns.append(Column(paper=paper, sensor=sensor, measure=ideal.measure, ideal=ideal, costs=costs))
-    return columns
+    for paper in results.papers:
+        for sensor in dict.fromkeys(level.sensor for level in paper.common):
+            levels = [level for level in paper.common if level.sensor == sensor]
+            ideal = next((level for level in levels if level.multiple == 1), None)
+            if ideal is not None:
+                costs = {level.multiple: (level.lower / ideal.upper, level.upper / ideal.lower) for level in levels}
+                costs[1] = (1.0, 1.0)
+                columns.append(Column(paper=paper, sensor=sensor, measure=ideal.measure, ideal=ideal, costs=costs))
+    return tuple(columns)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Proofs:
-    """asked, proved, supported: how many claims there are, are proved, and have theorems beside them. open: the ones
-    without any, by reason. listed, twice, machine: how many certificates there are, and how many the second verifier
-    and Coq have checked too."""
+    """supported: how many claims have theorems beside them; open: the ones without any, by reason. listed, twice,
+    machine: how many certificates there are, and how many the second verifier and Coq have checked too."""
 
     certificates: tuple[tuple[CertificateRecord, tuple[ClaimRecord, ...]], ...]
-    asked: int
-    proved: int
     supported: int
     listed: int
     twice: int
@@ -168,8 +162,6 @@ def proofs(results: ResultsFile) -> Proofs | None:
             (certificate, tuple(claim for claim in results.claims if certificate.path in claim.evidence.certificates))
             for certificate in results.certificates
         ),
-        asked=len(records),
-        proved=sum(claim.judgement.proved for claim in records),
         supported=sum(bool(claim.judgement.supported) for claim in records),
         listed=len(results.certificates),
         twice=sum(certificate.proved and certificate.second for certificate in results.certificates),
