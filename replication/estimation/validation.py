@@ -164,10 +164,12 @@ def hidden_modes(state: Array, output: Array, *, tolerance: float) -> list[compl
 
 
 class FrozenArrays(Mapping[str, Array]):
-    """Arrays by name, of which none can be replaced; a copy by pickling is read-only again, as numpy's is not."""
+    """Read-only float copies by name; a copy by pickling is read-only again, as numpy's is not."""
 
-    def __init__(self, arrays: dict[str, Array]) -> None:
-        self._arrays = arrays
+    def __init__(self, arrays: Mapping[str, Any]) -> None:
+        self._arrays = {name: np.array(array, dtype=float) for name, array in arrays.items()}
+        for copy in self._arrays.values():
+            copy.flags.writeable = False
 
     def __getitem__(self, name: str) -> Array:
         return self._arrays[name]
@@ -182,15 +184,7 @@ class FrozenArrays(Mapping[str, Array]):
         return repr(self._arrays)
 
     def __reduce__(self) -> tuple[Any, tuple[dict[str, Array]]]:
-        return frozen, (self._arrays,)
-
-
-def frozen(arrays: Mapping[str, Any]) -> FrozenArrays:
-    """Read-only float copies."""
-    copies = {name: np.array(array, dtype=float) for name, array in arrays.items()}
-    for copy in copies.values():
-        copy.flags.writeable = False
-    return FrozenArrays(copies)
+        return FrozenArrays, (self._arrays,)
 
 
 ROUNDING = 1e-9
