@@ -117,11 +117,11 @@ def one_of(kind: type[Choice], value: Any) -> Choice:
         raise InvalidInputError(f"{kind.__name__.lower()} must be one of {known}, got {value!r}") from None
 
 
-def increasing_grid(name: str, values: Any, least: int = 2) -> Array:
-    """`values` as positive, increasing numbers, `least` of them or more; raises InvalidInputError."""
+def increasing_grid(name: str, values: Any) -> Array:
+    """`values` as positive, increasing numbers, at least one; raises InvalidInputError."""
     grid: Array = as_matrix(name, [np.atleast_1d(values)])[0]
-    if grid.size < least or grid[0] <= 0 or np.any(np.diff(grid) <= 0):
-        raise InvalidInputError(f"the {name} must be an increasing sequence of positive numbers, at least {least}")
+    if not grid.size or grid[0] <= 0 or np.any(np.diff(grid) <= 0):
+        raise InvalidInputError(f"the {name} must be an increasing sequence of positive numbers, at least 1")
     return grid
 
 
