@@ -121,11 +121,11 @@ def one_of(kind: type[Choice], value: Any) -> Choice:
         raise InvalidInputError(f"{kind.__name__.lower()} must be one of {known}, got {value!r}") from None
 
 
-def increasing_grid(name: str, values: Any, least: int = 2) -> Array:
-    """`values` as positive, increasing numbers, `least` of them or more; raises InvalidInputError."""
+def increasing_grid(name: str, values: Any) -> Array:
+    """`values` as positive, increasing numbers, at least one; raises InvalidInputError."""
     grid: Array = as_matrix(name, [np.atleast_1d(values)])[0]
-    if grid.size < least or grid[0] <= 0 or np.any(np.diff(grid) <= 0):
-        raise InvalidInputError(f"the {name} must be an increasing sequence of positive numbers, at least {least}")
+    if not grid.size or grid[0] <= 0 or np.any(np.diff(grid) <= 0):
+        raise InvalidInputError(f"the {name} must be an increasing sequence of positive numbers, at least 1")
     return grid
 
 
@@ -168,10 +168,12 @@ def hidden_modes(state: Array, output: Array, *, tolerance: float) -> list[compl
 
 
 class FrozenArrays(Mapping[str, Array]):
-    """Arrays by name, of which none can be replaced; a copy by pickling is read-only again, as numpy's is not."""
+    """Read-only float copies by name; a copy by pickling is read-only again, as numpy's is not."""
 
-    def __init__(self, arrays: dict[str, Array]) -> None:
-        self._arrays = arrays
+    def __init__(self, arrays: Mapping[str, Any]) -> None:
+        self._arrays = {name: np.array(array, dtype=float) for name, array in arrays.items()}
+        for copy in self._arrays.values():
+            copy.flags.writeable = False
 
     def __getitem__(self, name: str) -> Array:
         return self._arrays[name]
@@ -186,15 +188,7 @@ class FrozenArrays(Mapping[str, Array]):
         return repr(self._arrays)
 
     def __reduce__(self) -> tuple[Any, tuple[dict[str, Array]]]:
-        return frozen, (self._arrays,)
-
-
-def frozen(arrays: Mapping[str, Any]) -> FrozenArrays:
-    """Read-only float copies."""
-    copies = {name: np.array(array, dtype=float) for name, array in arrays.items()}
-    for copy in copies.values():
-        copy.flags.writeable = False
-    return FrozenArrays(copies)
+        return FrozenArrays, (self._arrays,)
 
 
 ROUNDING = 1e-9

@@ -96,10 +96,9 @@ def _parsed(path: Path) -> dict[str, Any]:
         raise InvalidInputError(f"{path} is larger than {MAX_BYTES} bytes; pass arrays of that size to the library")
     try:
         text = content.decode("utf-8-sig")
+        return tomllib.loads(text)
     except UnicodeDecodeError as error:
         raise InvalidInputError(f"{path} is not UTF-8 text: {error.reason} at byte {error.start}") from None
-    try:
-        return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise InvalidInputError(f"{path} is not TOML: {error}{_line(text, str(error))}") from None
     except RecursionError:

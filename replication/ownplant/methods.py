@@ -67,11 +67,6 @@ class Field:
         kind = kind or ("matrices" if len(letters) == 3 else "matrix")
         return cls(name, Kind[kind.upper()], letters, not optional, **attributes)
 
-    def described(self) -> str:
-        """Shape and meaning, for the help of the command line."""
-        shape = f" ({', '.join(self.shape)})" if self.shape else ""
-        return f"{shape}  {self.meaning}{'' if self.required else ', optional'}"
-
 
 NAMES = {"states": "n", "inputs": "u", "measurements": "q", "outputs": "z"}
 """Lists of the table [names], and the letter that says how many there are."""
@@ -238,8 +233,11 @@ class Method:
 
     def described(self) -> str:
         """The keys of the plant file, one line each, for the help of the command line."""
-        width = max(len(field.name) for field in self.fields)
-        return "\n".join(f"  {field.name:<{width}}{field.described()}" for field in self.fields)
+        width, lines = max(len(field.name) for field in self.fields), []
+        for field in self.fields:
+            shape = f" ({', '.join(field.shape)})" if field.shape else ""
+            lines.append(f"  {field.name:<{width}}{shape}  {field.meaning}{'' if field.required else ', optional'}")
+        return "\n".join(lines)
 
 
 COVARIANCES = {"Q", "R", "S"}

@@ -19,7 +19,6 @@ from replication.estimation.linear.periodic import (
     LiftedResponse,
     PeriodicSystem,
     Stage,
-    block_diagonal,
     frequency_response,
     largest_singular_value,
     simulate,
@@ -218,11 +217,6 @@ def test_the_frequency_response_solves_its_equation() -> None:
     impulse = [stage.D] + [stage.C @ np.linalg.matrix_power(stage.A, k) @ stage.B for k in range(300)]
     series = sum(h * z**-k for k, h in enumerate(impulse))
     np.testing.assert_allclose(frequency_response(stage, 0.7), series, atol=1e-9)
-
-
-def test_blocks_without_rows_or_columns_keep_their_place() -> None:
-    total = block_diagonal([np.ones((1, 0)), np.ones((0, 2)), np.ones((1, 1))])
-    np.testing.assert_array_equal(total, [[0, 0, 0], [0, 0, 1]])
 
 
 ONE = np.eye(1)

@@ -9,12 +9,12 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from papers.mustafa import method
 from papers.mustafa.experiments.levels import Json, Matrices, crossing, problem
 from papers.mustafa.method import delta_block
 from replication.estimation.linear.norms import hinf_norm
-from replication.estimation.linear.periodic import block_diagonal
 from replication.estimation.nonuniform.filters import Filter, periodic_gain, riccati_filter
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
 from replication.estimation.nonuniform.robust import design_for_periods
@@ -105,10 +105,10 @@ def _theorem_3(rng: np.random.Generator, plant: SampledPlant, filter_: Filter, h
     A, B = filter_.error_step(plant, *plant.discretise(h))
     C = filter_.error_output(plant)
     corner = np.block([[A @ P, B], [C @ P, np.zeros((s, m))]])
-    six = np.block([[-block_diagonal([P, np.eye(s)]), corner], [corner.T, -block_diagonal([P, delta * np.eye(m)])]])
+    six = np.block([[-block_diag(P, np.eye(s)), corner], [corner.T, -block_diag(P, delta * np.eye(m))]])
     Z = np.asarray(np.linalg.inv(X))
     J1 = np.block([[Z, Y], [np.zeros((n, n)), V.T]])
-    J = block_diagonal([J1, np.eye(s), J1, np.eye(m)])
+    J = block_diag(J1, np.eye(s), J1, np.eye(m))
     v = LmiVariables(Z, Y, V @ filter_.B, filter_.C @ U.T @ Z, V @ filter_.A @ U.T @ Z, np.array(delta))
     shrink = np.linalg.inv(np.eye(n) - np.linalg.solve(Y, Z))
     recovered = Filter(-np.linalg.solve(Y, v.Q) @ shrink, np.asarray(-np.linalg.solve(Y, v.F)), v.G @ shrink)

@@ -22,7 +22,7 @@ from replication.estimation.conic.program import (
     program_under,
     solve_clarabel,
 )
-from replication.estimation.linear.riccati import RiccatiMap, reversed_in_time, settled
+from replication.estimation.linear.riccati import RiccatiMap, settled
 from replication.estimation.multirate.kalman import state_scales
 from replication.estimation.multirate.problem import MultirateProblem, require_problem
 from replication.estimation.validation import Array
@@ -273,7 +273,7 @@ def _interior_point(problem: MultirateProblem, gains: Array, layout: Layout, blo
     steps = np.asarray(np.linalg.solve(ahead, closed @ now), dtype=float)
     weights = np.array([T.T @ layout.plant.W.T @ layout.plant.W @ T for T in now])
     weights += np.maximum(np.linalg.norm(weights, axis=(1, 2)), 1e-6)[:, None, None] * np.eye(layout.plant.order)
-    backward = settled(reversed_in_time(RiccatiMap(steps.mT, np.zeros_like(steps), weights)))
+    backward = settled(RiccatiMap(steps[::-1].mT, np.zeros_like(steps), weights[::-1]))
     if backward is None:
         raise InfeasibleError("start_gains do not stabilise the error system; take those of `kalman_design`")
     x = np.zeros(layout.level + 1)

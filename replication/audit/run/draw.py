@@ -25,7 +25,7 @@ from replication.audit.store.cache import Cache, Dependencies, Entry, encode
 from replication.audit.store.provenance import Environment, loaded
 from replication.audit.store.records import FigureRecord, shared
 from replication.audit.store.sources import SourceTree, default_packages
-from replication.drawing.panels import tidy
+from replication.drawing.panels import as_svg
 from replication.drawing.style import house_style
 from replication.errors import AuditError
 from replication.files import read_columns, sha256, write_atomically
@@ -192,15 +192,11 @@ def checksums(directory: Path, name: str) -> list[str]:
 
 def _draw(figure: Figure, data: FigureData) -> bytes:
     """Plot `data` and return the tidied SVG file."""
-    import matplotlib as mpl
-
-    with house_style(), mpl.rc_context({"svg.hashsalt": figure.name}):
-        stream = io.StringIO()
+    with house_style():
         drawn = figure.plot(data)
-        if not hasattr(drawn, "savefig"):
-            raise AuditError(f"its plot gave {drawn!r:.80}; return the figure of matplotlib")
-        drawn.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
-    return tidy(stream.getvalue(), figure.name).encode()
+    if not hasattr(drawn, "savefig"):
+        raise AuditError(f"its plot gave {drawn!r:.80}; return the figure of matplotlib")
+    return as_svg(drawn, figure.name).encode()
 
 
 def _said(what: str, text: object, data: FigureData, stated: Sequence[str]) -> str:

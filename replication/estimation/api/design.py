@@ -24,7 +24,7 @@ from replication.estimation.api.running import PeriodicObserver
 from replication.estimation.api.shown import Simulation, simulated
 from replication.estimation.linear import norms
 from replication.estimation.linear.periodic import PeriodicSystem, simulate
-from replication.estimation.validation import frozen, positive_integer
+from replication.estimation.validation import FrozenArrays, positive_integer
 
 UNKNOWN = Bracket(0.0, np.inf, "not computed yet")
 
@@ -193,7 +193,7 @@ class Design(GainResult):
         InfeasibleError
             The error grows.
         """
-        bare = cls(bracket=UNKNOWN, gains=frozen(solution.gains), evidence=(), signals=signals, **own)
+        bare = cls(bracket=UNKNOWN, gains=FrozenArrays(solution.gains), evidence=(), signals=signals, **own)
         error = bare.error_system()
         exact = bare.norm(error)
         result = replace(bare, bracket=Bracket(exact.lower, exact.upper, EXACT_GAIN))

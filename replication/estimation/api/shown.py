@@ -19,7 +19,7 @@ import numpy as np
 
 from replication.drawing.panels import Panel
 from replication.errors import InvalidInputError
-from replication.estimation.validation import Array, at_most, frozen, one_of, positive_scalar
+from replication.estimation.validation import Array, FrozenArrays, at_most, one_of, positive_scalar
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -204,7 +204,7 @@ def simulated(
     steps: bool = True,
 ) -> Simulation:
     """What a method's `simulate` hands over: by name `signals` (M, k), with columns, over `time` (M,) in seconds."""
-    arrays = frozen({name: signal for name, (signal, _) in signals.items()})
+    arrays = FrozenArrays({name: signal for name, (signal, _) in signals.items()})
     columns = {name: tuple(names) for name, (_, names) in signals.items()}
     for name, array in arrays.items():
         if array.shape[1] != len(columns[name]):

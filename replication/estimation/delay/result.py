@@ -22,7 +22,7 @@ from replication.estimation.delay.sos.observer import DelayGains, HistoryObserve
 from replication.estimation.delay.sos.operators import check, observer_gains
 from replication.estimation.linear.norms import GainBracket, continuous_norm
 from replication.estimation.linear.periodic import Stage
-from replication.estimation.validation import Array, StateSpace, frozen
+from replication.estimation.validation import Array, FrozenArrays, StateSpace
 
 BOTH_ENDS = "closed loop with collocated histories; a certificate by sums of squares"
 ORDER = 24
@@ -99,7 +99,9 @@ def kept(lower: float, level: float, fault: str, how: str) -> Bracket:
 def made(gains_of: DelayGains, bracket: Bracket, evidence: tuple[Evidence, ...], **fields: Any) -> DelayResult:
     """The result with the gains as arrays."""
     arrays, axes = gains_of.arrays(fields["order"])
-    return DelayResult(gains_of=gains_of, bracket=bracket, evidence=evidence, gains=frozen(arrays), axes=axes, **fields)
+    return DelayResult(
+        gains_of=gains_of, bracket=bracket, evidence=evidence, gains=FrozenArrays(arrays), axes=axes, **fields
+    )
 
 
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)

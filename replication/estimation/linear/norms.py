@@ -8,7 +8,6 @@ pencil is a Hamiltonian matrix, and the search the same.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -213,7 +212,20 @@ def bounded_real_map(stage: Stage, level: float) -> RiccatiMap:
 
 def peak_on_circle(curve: Curve, maps: Callable[[float], RiccatiMap], hint: float) -> GainBracket:
     """`peak` of a curve whose crossings of a level are the circle angles of `maps(level)`."""
-    return peak(curve, partial(_crossings, maps), hint)
+
+    def crossings(level: float) -> Array:
+        """Of the level, or of one next to it where the pencil does not compose."""
+        for attempt in (level, level * (1 + UPPER_MARGIN / 10)):
+            try:
+                return circle_angles(maps(attempt), CIRCLE_TOLERANCE)
+            except np.linalg.LinAlgError:
+                continue
+        raise SolverError(
+            f"the pencil of the level {level:.6g} is lost in rounding: modes grow or decay by too many orders of "
+            "magnitude over the period; shorten it, or rescale the states"
+        )
+
+    return peak(curve, crossings, hint)
 
 
 def peak(curve: Curve, crossings_of: Callable[[float], Array], hint: float) -> GainBracket:
@@ -254,19 +266,6 @@ def peak(curve: Curve, crossings_of: Callable[[float], Array], hint: float) -> G
     raise SolverError(
         f"the peak of the gain was not bracketed in {MAX_ROUNDS} rounds: a mode hardly settles, or numbers lie too far "
         "apart; let it settle faster, or choose other units"
-    )
-
-
-def _crossings(maps: Callable[[float], RiccatiMap], level: float) -> Array:
-    """The angles at which a singular value equals `level`, or a level next to it where the pencil does not compose."""
-    for attempt in (level, level * (1 + UPPER_MARGIN / 10)):
-        try:
-            return circle_angles(maps(attempt), CIRCLE_TOLERANCE)
-        except np.linalg.LinAlgError:
-            continue
-    raise SolverError(
-        f"the pencil of the level {level:.6g} is lost in rounding: modes grow or decay by too many orders of magnitude "
-        "over the period; shorten it, or rescale the states"
     )
 
 

@@ -89,11 +89,6 @@ def lifted(stages: Sequence[Stage]) -> Stage:
     return Stage(effect[:, :n], effect[:, n:], outputs[:, :n], outputs[:, n:])
 
 
-def block_diagonal(blocks: Sequence[Array]) -> Array:
-    """Block diagonal matrix, with the rows of blocks without columns and the reverse."""
-    return np.asarray(scipy.linalg.block_diag(*blocks), dtype=float)
-
-
 def balanced_units(A: Array, drive: Array, sight: Array) -> Array:
     """Units (n,), powers of two, of the states in which A, what drives them (n, m) and what looks at them are balanced.
 

@@ -45,11 +45,6 @@ def stacked(stages: Iterable[RiccatiMap]) -> RiccatiMap:
     return RiccatiMap(*(np.stack(parts) for parts in zip(*stages, strict=True)))
 
 
-def reversed_in_time(stages: RiccatiMap) -> RiccatiMap:
-    """The same stages, the last one first."""
-    return stages.at(slice(None, None, -1))
-
-
 def symmetric(matrix: Array) -> Array:
     """The symmetric part of a square matrix, or of each in a stack: removes the rounding that products leave."""
     return np.asarray((matrix + matrix.mT) / 2)

@@ -35,7 +35,7 @@ from replication.estimation.nonuniform.worst_case import (
     zero_at_constant_periods,
     zero_filter,
 )
-from replication.estimation.validation import Array, StateSpace, frozen, positive_scalar
+from replication.estimation.validation import Array, FrozenArrays, StateSpace, positive_scalar
 
 BOTH_ENDS = (
     "a sampling sequence with its disturbance, or a constant one over all time; a Lyapunov certificate for all of them"
@@ -155,7 +155,7 @@ class SequenceResult(Design):
             Evidence("sampling periods", f"{periods.h_l:g} to {periods.h_u:g}", "as given", "s"),
         ]
         bracket = Bracket(lower, upper, BOTH_ENDS)
-        return cls(bracket=bracket, gains=frozen(solution.gains), evidence=(*facts, *levels), **data)
+        return cls(bracket=bracket, gains=FrozenArrays(solution.gains), evidence=(*facts, *levels), **data)
 
     def error_system(self) -> PeriodicSystem:
         """At the middle of the range, as a constant period."""

@@ -27,7 +27,7 @@ from replication.estimation.delay.general.synthesis import OF, Designs, GeneralL
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.result import AGREES, DelayResult, kept, made
 from replication.estimation.delay.spectrum import require_seen, rightmost_roots
-from replication.estimation.validation import Array, frozen
+from replication.estimation.validation import Array, FrozenArrays
 
 BOTH_ENDS = "exact closed loop with true exponentials; a storage function"
 WIDTH, ROUGH = 1e-4, 1e-3
@@ -217,7 +217,7 @@ def mean_design(plant: DelayPlant, *, goal: Goal, level: float | None, degree: i
         facts += (Evidence("level of the design", aim if np.isfinite(aim) else "infinite", "least entropy"),)
     observer, gain = designs.exact(aim)
     covariance, reach = error_covariance(plant_terms(plant), observer.terms)
-    bracket, held = Bracket(gain.lower, gain.upper, EXACT_ENDS), frozen({"z": covariance})["z"]
+    bracket, held = Bracket(gain.lower, gain.upper, EXACT_ENDS), FrozenArrays({"z": covariance})["z"]
     evidence = (
         *facts,
         *_mean_facts(plant, covariance, reach, without),

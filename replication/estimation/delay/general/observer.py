@@ -204,7 +204,7 @@ class InnovationsObserver(RunningObserver):
         InvalidInputError
             Frequencies that are not positive, increasing and below pi / dt.
         """
-        grid = increasing_grid("omega", omega, least=1)
+        grid = increasing_grid("omega", omega)
         if grid[-1] >= np.pi / self.dt:
             raise InvalidInputError(f"omega must be below pi / dt = {np.pi / self.dt:.6g} rad/s, got {grid[-1]:.6g}")
         sampled, exact = self._responses(grid)

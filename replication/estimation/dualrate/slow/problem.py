@@ -21,8 +21,8 @@ import scipy
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.dualrate.observers import Held, held
 from replication.estimation.dualrate.problem import MAX_RATIO, Plant, Steady, folded_mode, steady_of
-from replication.estimation.linear.periodic import balanced_units, block_diagonal, monodromy
-from replication.estimation.linear.riccati import RiccatiMap, reversed_in_time, stacked
+from replication.estimation.linear.periodic import balanced_units, monodromy
+from replication.estimation.linear.riccati import RiccatiMap, stacked
 from replication.estimation.multirate.kalman import semidefinite, stationary
 from replication.estimation.multirate.problem import SensingSchedule
 from replication.estimation.nonuniform.stamped.kalman import Transition
@@ -297,7 +297,7 @@ class Equations:
             fixed[:, n:] = -np.linalg.solve(weight, S @ R @ hold)
             drive = np.vstack([step.input @ S, S])
             free = np.block([[step.state, step.input @ hold], [np.zeros((m, n)), hold]]) + drive @ fixed
-            cost = block_diagonal([Q, hold @ R @ hold])
+            cost = scipy.linalg.block_diag(Q, hold @ R @ hold)
             cost[n:, n:] -= fixed[:, n:].T @ weight @ fixed[:, n:]
             moves = np.asarray(np.linalg.solve(weight, drive.T), dtype=float)
             stages[S.tobytes()] = (RiccatiMap(free.T, drive @ moves - worst, cost), moves, fixed)
@@ -344,9 +344,8 @@ class Equations:
 
     def cost(self, level: float) -> Array | None:
         """To go on, at each instant; it runs backwards in time."""
-        back = _solution(
-            reversed_in_time(stacked(stage for stage, *_ in self.regulating(level))), sum(self.problem.plant.B_u.shape)
-        )
+        stages = stacked(stage for stage, *_ in reversed(self.regulating(level)))
+        back = _solution(stages, sum(self.problem.plant.B_u.shape))
         return None if back is None else np.roll(back[::-1], 1, axis=0)
 
     def _solved(self, level: float) -> tuple[tuple[Array, Array] | None, float]:

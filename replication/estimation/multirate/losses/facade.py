@@ -40,7 +40,7 @@ from replication.estimation.multirate.losses.running import (
 from replication.estimation.multirate.losses.worst import bracket, found_level, least_gains
 from replication.estimation.multirate.problem import MultirateProblem, disturbances
 from replication.estimation.multirate.result import MultirateResult, rms_error
-from replication.estimation.validation import Array, StateSpace, frozen, positive_integer
+from replication.estimation.validation import Array, FrozenArrays, StateSpace, positive_integer
 
 AXES = {
     "L": "(case, state, sensor)",
@@ -148,7 +148,7 @@ def _loss_result(
     return LossResult(
         quantity=quantity,
         bracket=limits,
-        gains=frozen(table),
+        gains=FrozenArrays(table),
         evidence=(Evidence("losses", str(model), "as given"), *evidence),
         signals=base.signals,
         problem=problem,
