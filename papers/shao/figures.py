@@ -129,7 +129,7 @@ def error_curves(results: Results) -> Columns:
 
 SHOWN = {"pmi": (PMI, HELD, SINGLE), "apo": (APO, FAST, RESTARTED, STATE)}
 """The curves beside each column of Table I: its readings, or the loops it is compared with."""
-BESIDE = {PMI: (0.2, 1), HELD: (0.08, -1), SINGLE: (0.5, -1), APO: (0.3, 1), FAST: (0.055, -1), STATE: (0.6, -1)}
+BESIDE = {PMI: (0.2, 1), HELD: (0.08, -1), SINGLE: (0.5, -1), APO: (0.3, 1), FAST: (0.05, -1), STATE: (0.6, -1)}
 """Where the name of a curve stands: the frequency, and above it to the left (1) or below it to the right (-1)."""
 
 
@@ -141,7 +141,7 @@ def plot_error_curves(c: Columns) -> Any:
             (curve,) = axis.loglog(c["frequency_rad_s"], c[loop], **look(loop))
             if loop in BESIDE:
                 at, side = BESIDE[loop]
-                name = f"{NAMES[FAST]};\nrestarted lies on it" if loop == FAST else NAMES[loop]
+                name = f"{NAMES[FAST]};\nrestarted\nlies on it" if loop == FAST else NAMES[loop]
                 name_line(axis, curve, name, at, side=side, ha="right" if side > 0 else "left")
         points = c["table_frequency_rad_s"], c[f"table_{short}"]
         (joined,) = axis.plot(*points, "D", linestyle="-", color=FOREGROUND, linewidth=0.8)
