@@ -100,7 +100,7 @@ def positive_integer(name: str, value: Any) -> int:
     if value < 1:
         raise InvalidInputError(f"{name} must be at least 1, got {value}")
     if value > MOST:
-        raise InvalidInputError(f"{name} must be at most {MOST}; nothing is computed so often")
+        raise InvalidInputError(f"{name} must be at most {MOST}")
     return int(value)
 
 
