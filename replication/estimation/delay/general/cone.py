@@ -232,9 +232,12 @@ def positivity(rates: Rates) -> tuple[Block, ...]:
     count = sum(len(unit) for unit in units) + 1
     order = len(rates.u)
     blocks = [Block(np.zeros((order, order)), np.zeros((count, order, order)), np.eye(order) / 2.0, np.eye(order))]
-    places = np.split(np.eye(count), np.cumsum([len(unit) for unit in units], dtype=int), axis=1)
-    for unit, place in zip(units, places, strict=False):
-        blocks.append(Block(np.zeros(unit.shape[1:]), np.tensordot(place, unit, axes=1)))
+    start = 0
+    for unit in units:
+        others = np.zeros((count, *unit.shape[1:]))
+        others[start : start + len(unit)] = unit
+        blocks.append(Block(np.zeros(unit.shape[1:]), others))
+        start += len(unit)
     return tuple(blocks)
 
 

@@ -97,7 +97,8 @@ class NonlinearPlant:
             )
         x0 = as_array("x0", self.x0, (np.size(self.x0),))
         n, dt, rest = len(x0), positive_scalar("dt", self.dt, unit="s"), np.zeros(self.inputs)
-        q = len(as_array("what h returns", self.h(x0), (np.size(self.h(x0)),)))
+        output = self.h(x0)
+        q = len(as_array("what h returns", output, (np.size(output),)))
         settle_noise(self, np.zeros((n, n)), n, q, "entry of h")
         Q = self.Q if callable(self.Q) else covariance("Q", self.Q, n)
         for name, value in {"x0": x0, "dt": dt, "Q": Q}.items():
