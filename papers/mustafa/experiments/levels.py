@@ -130,7 +130,7 @@ def bracket(
         "w": attack.w[:, 0].tolist(),
         "e": attack.e[:, 0].tolist(),
         "leaves": guarantee.leaves,
-        "common": guarantee.history[0][1],
+        "common": guarantee.common,
         "solvers": [guarantee.report.to_dict()],
     }
 

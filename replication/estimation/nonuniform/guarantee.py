@@ -213,12 +213,12 @@ EXCHANGES = 3
 class Guarantee:
     """A level proved for every sampling sequence in [h_l, h_u].
 
-    level: upper bound of the gain; history: the best level proved with at most so many leaves; edges, tree, P, system:
-    the certificate, which `certify` checks again.
+    level: upper bound of the gain; common: that of the common Lyapunov function; edges, tree, P, system: the
+    certificate, which `certify` checks again.
     """
 
     level: float
-    history: tuple[tuple[int, float], ...]
+    common: float
     edges: tuple[float, ...]
     tree: ContextTree
     P: Array
@@ -251,7 +251,6 @@ def guaranteed_level(
     natural = _natural(plant, filter_, periods.middle)
     best = _common(natural, periods)
     system = best.system
-    history = [(1, best.level)]
     # With one cell there is nothing to tell apart.
     if len(edges) == 2 or limit < len(edges) - 1:
         return best
@@ -264,8 +263,7 @@ def guaranteed_level(
         except SolverError:
             break  # what was proved so far stands: a certificate does not depend on the next one
         if proof.level < best.level:
-            best = Guarantee(proof.level, (), samples.edges, tree, solution.P, system, solution.report)
-        history.append((len(tree.leaves), best.level))
+            best = Guarantee(proof.level, best.common, samples.edges, tree, solution.P, system, solution.report)
         count = max(1, int(GROWTH * len(tree.leaves)))
         longer = tree.split([tree.leaves[i] for i in np.argsort(-solution.flux, kind="stable")[:count]])
         if len(longer.leaves) <= limit:
@@ -275,7 +273,7 @@ def guaranteed_level(
             exchanges = EXCHANGES
         else:
             break
-    return replace(best, history=tuple(history))
+    return best
 
 
 def _edges(periods: PeriodRange, cuts: Sequence[float] | None) -> tuple[float, ...]:
@@ -301,8 +299,8 @@ def _common(natural: ErrorSystem, periods: PeriodRange) -> Guarantee:
             solution, samples, proof = _solve_until_proved(system, samples, tree, accept=ROUGH)
             level = system.level * float(np.sqrt(solution.delta))
             if np.isfinite(proof.level):
-                history, edges = ((1, proof.level),), samples.edges
-                best = Guarantee(proof.level, history, edges, tree, solution.P, system, solution.report)
+                proved, edges = proof.level, samples.edges
+                best = Guarantee(proved, proved, edges, tree, solution.P, system, solution.report)
             if solution.delta <= 0 or np.linalg.eigvalsh(solution.P[0])[0] <= 0:
                 break
             root = np.linalg.cholesky(solution.P[0]).T
