@@ -200,7 +200,7 @@ class NonuniformResult(SequenceResult):
             return Solution(gains_of(nominal.filter), (Evidence("level of the design", nominal.level, how),))
         balanced = balancing(plant)
         robust = robust_design(plant.in_coordinates(balanced), periods)
-        design, report = robust.design, robust.design.report
+        design, filter_, report = robust.design, robust.design.filter, robust.design.report
         delta = float(design.variables.delta)
         if delta <= report.residuals["gap"] * (1 + delta):
             raise InfeasibleError(
@@ -218,7 +218,7 @@ class NonuniformResult(SequenceResult):
             ),
             Evidence("solver", f"{report.name} {report.version}: {report.status}", "its own word"),
         )
-        return Solution(gains_of(design.filter.in_units(np.diag(balanced))), facts)
+        return Solution(gains_of(filter_.in_units(np.diag(balanced))), facts)
 
     @classmethod
     def worst(cls, solution: Solution, *, horizon: int, leaves: int = LEAVES, **data: Any) -> Self:
