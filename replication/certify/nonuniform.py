@@ -23,7 +23,7 @@ from replication.certify import (
 )
 from replication.errors import SolverError
 from replication.estimation.linear.norms import l2_gain
-from replication.estimation.linear.periodic import LiftedResponse, PeriodicSystem, Stage
+from replication.estimation.linear.periodic import LiftedResponse, PeriodicSystem
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.nonuniform.filters import (
     Filter,
@@ -169,7 +169,7 @@ def gain_lower(theorem: Mapping[str, Any], *, horizon: int = 0, final_horizon: i
     if horizon:
         runs = worst_sequence(system, filter_, periods, horizon=horizon, final_horizon=final_horizon).runs
     pattern, h = pattern_of(runs, periods)
-    stages = PeriodicSystem(tuple(error_system(system, filter_, float(t)) for t in h))
+    stages = error_system(system, filter_, h)
     peak = l2_gain(stages)
     return {
         "bound": {"lower": rounded_down(peak.lower * (1 - ATTAINED_MARGIN), LEVEL_BITS)},
@@ -279,7 +279,7 @@ def stamped_gain(theorem: Mapping[str, Any], filter_: StampedFilter, proof: Stam
     pattern, h = pattern_of(runs, periods)
     # In these coordinates floating point is accurate, too.
     moved, chosen = system.in_coordinates(T), filter_.in_coordinates(T)
-    while lost_bits(stages := along_pattern(moved, chosen, h)) > LOST and len(h) > len(pattern):
+    while lost_bits(stages := error_system(moved, chosen, h)) > LOST and len(h) > len(pattern):
         runs = [(count + 1) // 2 for count in runs]
         pattern, h = pattern_of(runs, periods)
     peak = l2_gain(stages)
@@ -326,13 +326,6 @@ def least_gain(theorem: Mapping[str, Any], *, horizon: int) -> Made:
     design, proof = proved_design(system, periods)
     attack = worst_sequence(system, design.filter, periods, horizon=horizon)
     return stamped_gain(theorem, design.filter, proof, attack.runs)
-
-
-def along_pattern(plant: SampledPlant, filter_: StampedFilter, h: Array) -> PeriodicSystem:
-    """The error under periods h (p,) that repeat: before the first comes the last."""
-    steps, drives = filter_.steps_along(plant, np.array([h[-1], *h]))
-    direct = np.zeros((len(plant.L), drives.shape[2]))
-    return PeriodicSystem(tuple(Stage(A, B, plant.L, direct) for A, B in zip(steps[1:], drives[1:], strict=True)))
 
 
 def shares(plant: Mapping[str, Any], edges: Sequence[float]) -> list[str]:

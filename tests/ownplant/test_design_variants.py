@@ -136,7 +136,7 @@ def test_a_pattern_that_is_too_long_for_balls_is_cut() -> None:
     T = makers.coordinates(result.gain.proof)
     plant, filter_ = result.plant.in_coordinates(T), result.filter.in_coordinates(T)
     whole, cut = (
-        makers.along_pattern(plant, filter_, makers.pattern_of(runs, result.periods)[1]) for runs in ((400, 30), counts)
+        makers.error_system(plant, filter_, makers.pattern_of(runs, result.periods)[1]) for runs in ((400, 30), counts)
     )
     assert makers.lost_bits(cut) <= makers.LOST < makers.lost_bits(whole)
     assert float(Fraction(made["bound"]["lower"])) <= l2_gain(cut).value

@@ -317,7 +317,7 @@ def _natural(plant: SampledPlant, filter_: Estimator, h: float) -> ErrorSystem:
     """The error system with its Gramian at period h about the identity, e in units of its own gain there."""
     balanced = balancing(plant)
     plant, filter_ = plant.in_coordinates(balanced), filter_.in_coordinates(balanced)
-    stage = error_system(plant, filter_, h)
+    (stage,) = error_system(plant, filter_, [h]).stages
     reached = gramian(stage.A, stage.B)
     # Each state in its own unit first, so that the small number added means the same to all of them.
     size = np.sqrt(np.diag(reached))

@@ -159,8 +159,7 @@ class SequenceResult(Design):
 
     def error_system(self) -> PeriodicSystem:
         """At the middle of the range, as a constant period."""
-        h = self.periods.middle
-        return PeriodicSystem((error_system(self.plant, self.filter.at(h), h),))
+        return error_system(self.plant, self.filter, [self.periods.middle])
 
     def phases(self) -> Recursion:
         """At the middle of the range, as a constant period."""

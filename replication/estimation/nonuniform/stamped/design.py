@@ -67,10 +67,6 @@ class StampedFilter(Estimator):
         """G (n + m, r) after the period h; at the first sample, which has none before it, that of the longest."""
         return np.asarray(self.G[-1 if h is None else np.searchsorted(self.edges, h, side="right")])
 
-    def at(self, h: float) -> Self:
-        """One cell."""
-        return type(self)(self.gain(h)[None])
-
     def error_output(self, plant: SampledPlant) -> Array:
         """L."""
         shape = (len(self.edges) + 1, plant.order + plant.B.shape[1], len(plant.C))
