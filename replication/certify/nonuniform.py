@@ -33,10 +33,10 @@ from replication.estimation.nonuniform.filters import (
     periodic_gain,
     riccati_filter,
 )
-from replication.estimation.nonuniform.guarantee import guaranteed_level
+from replication.estimation.nonuniform.guarantee import Guarantee, guaranteed_level
 from replication.estimation.nonuniform.plant import DurationPlant, PeriodRange, SampledPlant, weights_of
 from replication.estimation.nonuniform.robust import robust_design
-from replication.estimation.nonuniform.stamped.design import StampedFilter, StampedPlant, StampedProof, proved_design
+from replication.estimation.nonuniform.stamped.design import StampedFilter, StampedPlant, proved_design
 from replication.estimation.nonuniform.worst_case import worst_sequence
 from replication.estimation.validation import Array, ComplexArray
 from replication.verify.algebra.linear import beside, block, hold, identity, rounded_ends, zeros
@@ -152,8 +152,8 @@ def storage_certificate(
     inner = [(edge - periods.h_l) / (periods.h_u - periods.h_l) for edge in bound.edges[1:-1]]
     storage = {
         "cells": ["0", *(rounded(share, SHARE_BITS) for share in inner), "1"],
-        "before": bound.tree.before(),
-        "P": rounded_array(symmetric(bound.system.storage(bound.P)), STORAGE_BITS),
+        "before": bound.before,
+        "P": rounded_array(symmetric(bound.storage), STORAGE_BITS),
     }
     return {"upper": rounded_up(bound.level * (1 + RANGE_MARGIN), RANGE_BITS)}, storage
 
@@ -270,7 +270,7 @@ STEPS = 2**8
 RANGE = {"from": "h_l", "to": "h_u"}
 
 
-def stamped_gain(theorem: Mapping[str, Any], filter_: StampedFilter, proof: StampedProof, runs: Sequence[int]) -> Made:
+def stamped_gain(theorem: Mapping[str, Any], filter_: StampedFilter, proof: Guarantee, runs: Sequence[int]) -> Made:
     """Both bounds and the witness for a filter with the floats that it has; runs: of the pattern, see `pattern_of`."""
     plant = theorem["plant"]
     system, periods = problem_of(plant, RANGE, StampedPlant)
@@ -294,7 +294,7 @@ def stamped_gain(theorem: Mapping[str, Any], filter_: StampedFilter, proof: Stam
             "T": rationals(T),
             "storage": {
                 "cells": shares(plant, proof.edges[1:-1]),
-                "before": [list(row) for row in proof.before],
+                "before": proof.before,
                 "P": rationals(symmetric(back.T @ proof.storage @ back)),
             },
             **disturbance(pattern, stages, peak.angle, np.ones_like(h)),
@@ -302,7 +302,7 @@ def stamped_gain(theorem: Mapping[str, Any], filter_: StampedFilter, proof: Stam
     }
 
 
-def coordinates(proof: StampedProof) -> Array:
+def coordinates(proof: Guarantee) -> Array:
     """T for which the storage of T x is about a multiple of the identity: upper triangular and of few bits, with powers
     of two on its diagonal, so that its inverse has few bits, too."""
     root = np.linalg.cholesky(np.mean(proof.storage, axis=0) / proof.level**2).T

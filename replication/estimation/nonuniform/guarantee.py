@@ -209,26 +209,25 @@ EXCHANGES = 3
 """Times that the last tree is solved again with more samples."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Guarantee:
-    """A level proved for every sampling sequence in [h_l, h_u].
+    """A level that no sampling sequence in [h_l, h_u] exceeds, with what proves it.
 
-    level: upper bound of the gain; common: that of the common Lyapunov function; edges, tree, P, system: the
-    certificate, which `certify` checks again.
+    storage (leaves, N, N): s'P s of the states s of the error by the leaf that begins the coming periods; of a filter
+    that takes time stamps for each of its gains. edges: of the cells, s; before: for each leaf and cell the leaf before
+    it; report: what the solver said.
     """
 
     level: float
-    common: float
+    storage: Array
     edges: tuple[float, ...]
-    tree: ContextTree
-    P: Array
-    system: ErrorSystem
+    before: Sequence[Sequence[int]]
     report: SolverReport
 
     @property
     def leaves(self) -> int:
-        """Size of the context tree."""
-        return len(self.tree.leaves)
+        """How many Lyapunov matrices prove it."""
+        return len(self.storage)
 
 
 def guaranteed_level(
@@ -249,8 +248,7 @@ def guaranteed_level(
     edges = _edges(periods, cuts)
     filter_.require_settling(plant)
     natural = _natural(plant, filter_, periods.middle)
-    best = _common(natural, periods)
-    system = best.system
+    best, system = _common(natural, periods)
     # With one cell there is nothing to tell apart.
     if len(edges) == 2 or limit < len(edges) - 1:
         return best
@@ -263,7 +261,7 @@ def guaranteed_level(
         except SolverError:
             break  # what was proved so far stands: a certificate does not depend on the next one
         if proof.level < best.level:
-            best = Guarantee(proof.level, best.common, samples.edges, tree, solution.P, system, solution.report)
+            best = proof
         count = max(1, int(GROWTH * len(tree.leaves)))
         longer = tree.split([tree.leaves[i] for i in np.argsort(-solution.flux, kind="stable")[:count]])
         if len(longer.leaves) <= limit:
@@ -288,8 +286,8 @@ def _edges(periods: PeriodRange, cuts: Sequence[float] | None) -> tuple[float, .
     return edges
 
 
-def _common(natural: ErrorSystem, periods: PeriodRange) -> Guarantee:
-    """The common Lyapunov function, its error system in coordinates and units in which it is about the identity."""
+def _common(natural: ErrorSystem, periods: PeriodRange) -> tuple[Guarantee, ErrorSystem]:
+    """The common Lyapunov function, and the error system in coordinates and units in which it is about the identity."""
     tree = ContextTree.one_step(1)
     for roundings in ROUNDINGS:
         system, samples, best = replace(natural, roundings=roundings), Samples((periods.h_l, periods.h_u)), None
@@ -299,8 +297,7 @@ def _common(natural: ErrorSystem, periods: PeriodRange) -> Guarantee:
             solution, samples, proof = _solve_until_proved(system, samples, tree, accept=ROUGH)
             level = system.level * float(np.sqrt(solution.delta))
             if np.isfinite(proof.level):
-                proved, edges = proof.level, samples.edges
-                best = Guarantee(proved, proved, edges, tree, solution.P, system, solution.report)
+                best = proof, system
             if solution.delta <= 0 or np.linalg.eigvalsh(solution.P[0])[0] <= 0:
                 break
             root = np.linalg.cholesky(solution.P[0]).T
@@ -339,9 +336,9 @@ def _solve_until_proved(
     tree: ContextTree,
     exchanges: int = EXCHANGES,
     accept: tuple[str, ...] = ALMOST,
-) -> tuple[PathSolution, Samples, Certificate]:
+) -> tuple[PathSolution, Samples, Guarantee]:
     """Solve, certify, and add to each transition that asks for too much the period where, until the certificate is as
-    good as the samples, or `exchanges` times."""
+    good as the samples, or `exchanges` times; the guarantee is infinite if nothing is proved."""
     for attempt in range(exchanges + 1):
         solution = solve(system, samples, tree, accept=accept)
         target = system.level * float(np.sqrt(solution.delta)) * (1 + LOOSE)
@@ -354,4 +351,8 @@ def _solve_until_proved(
         samples = samples.with_added(missed) if missed else samples
         if proof.level <= target or not missed or attempt == exchanges:
             break
-    return solution, samples, proof
+    return (
+        solution,
+        samples,
+        Guarantee(proof.level, system.storage(solution.P), samples.edges, tree.before(), solution.report),
+    )

@@ -214,7 +214,7 @@ def test_many_states_get_a_certificate(n, seed):
     plant, periods = random_plant(np.random.default_rng(seed), n, 1), PeriodRange(0.1, 2.0)
     subject = some_filter(plant, periods.middle)
     found = guaranteed_level(plant, subject, periods, max_leaves=1)
-    assert found.P.shape == (1, 2 * n, 2 * n)
+    assert found.storage.shape == (1, 2 * n, 2 * n)
     constant = max(periodic_gain(plant, subject, [float(h)]).value for h in periods.nodes(9))
     assert constant < found.level < 10 * constant
 

@@ -32,7 +32,7 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic import program
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.nonuniform.filters import Estimator
-from replication.estimation.nonuniform.guarantee import UNPROVED, cell_needs
+from replication.estimation.nonuniform.guarantee import UNPROVED, Guarantee, cell_needs
 from replication.estimation.nonuniform.path_lyapunov import ROUGH, ErrorSystem, storage_inequalities
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, balancing
 from replication.estimation.nonuniform.robust import VIOLATION, scan, worst_periods
@@ -313,19 +313,7 @@ LOOSE = 1e-3
 """Relative distance of the proved level from that of the design above which pieces of a cell are halved."""
 
 
-@dataclass(frozen=True, eq=False)
-class StampedProof:
-    """level: no sequence exceeds it; storage (gains x states, n, n): e'X e for each gain of the filter and state of an
-    automaton that reads the periods from the last one on; edges of its cells, s; before: for each state and cell the
-    state before it."""
-
-    level: float
-    storage: Array
-    edges: tuple[float, ...]
-    before: tuple[tuple[int, ...], ...]
-
-
-def prove(plant: SampledPlant, design: StampedDesign) -> StampedProof:
+def prove(plant: SampledPlant, design: StampedDesign) -> Guarantee:
     """The level that the storage of a design proves, whatever solver it came from.
 
     For all cells c and d: |e|^2 + e+' X_d e+ <= e' X_c e + level^2 |w|^2 over d, in coordinates in which X_c is the
@@ -349,12 +337,10 @@ def prove(plant: SampledPlant, design: StampedDesign) -> StampedProof:
             " narrow the range of sampling periods"
         )
     level = design.level * float(np.sqrt(worst * (1 + 1e-9)))
-    return StampedProof(level, design.storage.X, design.edges, ((0,) * len(X),))
+    return Guarantee(level, design.storage.X, design.edges, [[0] * len(X)], design.report)
 
 
-def proved_design(
-    plant: SampledPlant, periods: PeriodRange, *, cells: int = CELLS
-) -> tuple[StampedDesign, StampedProof]:
+def proved_design(plant: SampledPlant, periods: PeriodRange, *, cells: int = CELLS) -> tuple[StampedDesign, Guarantee]:
     """The design with the least slack that proves a level; errors as `stamped_design` and `prove`."""
     design = stamped_design(plant, periods, cells=cells)
     try:
