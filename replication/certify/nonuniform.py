@@ -129,25 +129,20 @@ def filter_of(values: Mapping[str, Any]) -> Filter:
     return Filter(**{name: as_floats(values[name]) for name in "ABC"})
 
 
-def gain_upper(theorem: Mapping[str, Any], *, leaves: int = 1, cuts: Sequence[float] | None = None) -> Made:
-    """Bound and at most `leaves` storage matrices for the given filter; arguments and errors of `guaranteed_level`."""
-    chosen = theorem["plant"].get("filter") or theorem["parameters"]["filter"]
-    bound, storage = storage_certificate(theorem, chosen, leaves, cuts)
-    return {"bound": bound, "witness": {"storage": storage}}
-
-
-def storage_certificate(
-    theorem: Mapping[str, Any], filter_: Mapping[str, Any], leaves: int = 1, cuts: Sequence[float] | None = None
-) -> tuple[Made, Made]:
-    """An upper bound of the gain of a filter, as certificates write it, and the storage matrices that prove it."""
+def gain_upper(
+    theorem: Mapping[str, Any], filter_: Json | None = None, *, leaves: int = 1, cuts: Sequence[float] | None = None
+) -> Made:
+    """Bound and at most `leaves` storage matrices for a filter, as certificates write it: that of the theorem unless
+    given. Arguments and errors of `guaranteed_level`."""
     plant, parameters = theorem["plant"], theorem["parameters"]
     system, periods = problem_of(plant, parameters)
+    filter_ = filter_ or plant.get("filter") or parameters["filter"]
     chosen = filter_of(filter_)
     if periods.h_l == periods.h_u:
         norm = periodic_gain(system, chosen, [periods.h_l]).upper
         level = rounded_up(norm * (1 + NOMINAL_MARGIN), LEVEL_BITS)
         P = storage_matrix(plant, filter_, parameters["from"], rational(level), weighted=system.weighted)
-        return {"upper": level}, {"cells": ["0", "1"], "before": [[0]], "P": [P]}
+        return {"bound": {"upper": level}, "witness": {"storage": {"cells": ["0", "1"], "before": [[0]], "P": [P]}}}
     bound = guaranteed_level(system, chosen, periods, max_leaves=leaves, cuts=cuts)
     inner = [(edge - periods.h_l) / (periods.h_u - periods.h_l) for edge in bound.edges[1:-1]]
     storage = {
@@ -155,7 +150,8 @@ def storage_certificate(
         "before": bound.before,
         "P": rounded_array(symmetric(bound.storage), STORAGE_BITS),
     }
-    return {"upper": rounded_up(bound.level * (1 + RANGE_MARGIN), RANGE_BITS)}, storage
+    upper = rounded_up(bound.level * (1 + RANGE_MARGIN), RANGE_BITS)
+    return {"bound": {"upper": upper}, "witness": {"storage": storage}}
 
 
 def gain_lower(theorem: Mapping[str, Any], *, horizon: int = 0, final_horizon: int | None = None) -> Made:
@@ -236,8 +232,8 @@ def robust_upper(theorem: Mapping[str, Any]) -> Made:
 def _with_filter(theorem: Mapping[str, Any], filter_: Filter) -> Made:
     """Bound and witness for the filter in short rationals."""
     written = {name: rounded_array(getattr(filter_, name), FILTER_BITS) for name in "ABC"}
-    bound, storage = storage_certificate(theorem, written)
-    return {"bound": bound, "witness": {"filter": written, "storage": storage}}
+    made = gain_upper(theorem, written)
+    return {**made, "witness": {"filter": written, **made["witness"]}}
 
 
 def optimum_lower(theorem: Mapping[str, Any]) -> Made:

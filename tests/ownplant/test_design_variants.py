@@ -112,7 +112,7 @@ def test_a_filter_with_other_gains_has_no_such_certificate() -> None:
         other = replace(
             result,
             filter=StampedFilter(factor * result.filter.G[:: 1 if factor > 1 else -1], edges),
-            gain=replace(result.gain, proof=proof),
+            gain=replace(result.gain, guarantee=proof),
         )
         with pytest.raises(SolverError, match="storage inequality"):
             certificate(other)

@@ -203,7 +203,7 @@ def test_a_search_that_does_not_settle_is_a_clear_error(monkeypatch: pytest.Monk
     def fail(*_: Any, **__: Any) -> None:
         raise ArpackNoConvergence("no convergence", [], [])
 
-    monkeypatch.setattr(results, "worst_case_gain", fail)
+    monkeypatch.setattr(results, "worst_sequence", fail)
     with pytest.raises(SolverError, match=r"no worst disturbance over 50 samples .* change `horizon`"):
         nonuniform.design(SPRING, periods=(0.1, 0.1), measured=1, leaves=1, horizon=50)
 
