@@ -25,8 +25,8 @@ from replication.estimation.nonuniform.path_lyapunov import (
     ROUGH,
     ContextTree,
     ErrorSystem,
-    PathSolution,
     Samples,
+    Storage,
     solve,
 )
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, balancing, weights_of
@@ -336,7 +336,7 @@ def _solve_until_proved(
     tree: ContextTree,
     exchanges: int = EXCHANGES,
     accept: tuple[str, ...] = ALMOST,
-) -> tuple[PathSolution, Samples, Guarantee]:
+) -> tuple[Storage, Samples, Guarantee]:
     """Solve, certify, and add to each transition that asks for too much the period where, until the certificate is as
     good as the samples, or `exchanges` times; the guarantee is infinite if nothing is proved."""
     for attempt in range(exchanges + 1):

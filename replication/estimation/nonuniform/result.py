@@ -265,7 +265,7 @@ class StampedResult(SequenceResult):
     def solve(cls, plant: SampledPlant, periods: PeriodRange, cells: int) -> Solution:
         """The filter of least level, or that of gain zero where the level of no sensor is less; with its proof."""
         least, guarantee = proved_design(plant, periods, cells=cells)
-        filter_, report = least.filter, least.report
+        filter_, report = least.filter, guarantee.report
         how = "Lyapunov functions by the period before, gain free in the periods"
         facts = (
             Evidence("level of the design", least.level, how),

@@ -180,11 +180,6 @@ def design_for_periods(
     """
     grid = as_periods("periods", periods).tolist()
     normalised = at or normalise(plant, float(np.mean(grid)))
-    return solve_for_periods(normalised, grid, solver=solver)
-
-
-def solve_for_periods(normalised: Normalised, grid: Sequence[float], *, solver: Solver) -> LmiSolution:
-    """The same in given coordinates."""
     basis = variable_basis(normalised.plant)
     group = inequalities(normalised.plant, grid, basis)
     cost = np.zeros(group.coefficients.shape[1])
@@ -317,7 +312,7 @@ def robust_design(plant: SampledPlant, periods: PeriodRange, *, max_rounds: int 
     satisfied: list[RobustDesign] = []
     for round_ in range(1, limit + 1):
         try:
-            solution = solve_for_periods(normalised, working, solver=Solver.SDPA)
+            solution = design_for_periods(plant, working, at=normalised, solver=Solver.SDPA)
         except SolverError:
             if not satisfied:
                 raise
