@@ -28,7 +28,6 @@ from replication.estimation.nonuniform.worst_case import (
     WorstCaseGain,
     beside,
     floor_of_any_filter,
-    searched,
     worst_sequence,
     zero_at_constant_periods,
     zero_filter,
@@ -132,7 +131,7 @@ class SequenceResult(Design):
     def worst(cls, solution: Solution, *, horizon: int, leaves: int = LEAVES, **data: Any) -> Self:
         """The result for the gains of a solution: both ends of the worst-case gain over every sequence."""
         plant, periods = data["plant"], data["periods"]
-        with threadpool_limits(1, user_api="blas"), searched(horizon):
+        with threadpool_limits(1, user_api="blas"):
             filter_, guarantee, more = cls.proved(solution, plant, periods, leaves)
             attack, upper = worst_sequence(plant, filter_, periods, horizon=horizon), guarantee.level
             lower, levels = beside(plant, filter_, periods, (attack.level, upper), horizon=horizon)

@@ -10,7 +10,7 @@ from scipy.sparse.linalg import ArpackNoConvergence
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation import delay, dualrate, multirate, nonuniform
-from replication.estimation.nonuniform import result as results
+from replication.estimation.nonuniform import worst_case
 from tests.estimation.api.api_cases import CART, CARTS, CASES, PIPE, SERVO, SPRING, TANKS, TIMES, WAVES, result_of
 
 SAME = 1e-9
@@ -203,7 +203,8 @@ def test_a_search_that_does_not_settle_is_a_clear_error(monkeypatch: pytest.Monk
     def fail(*_: Any, **__: Any) -> None:
         raise ArpackNoConvergence("no convergence", [], [])
 
-    monkeypatch.setattr(results, "worst_sequence", fail)
+    monkeypatch.setattr(worst_case, "DENSE", 0)
+    monkeypatch.setattr(worst_case.scipy.sparse.linalg, "eigsh", fail)
     with pytest.raises(SolverError, match=r"no worst disturbance over 50 samples .* change `horizon`"):
         nonuniform.design(SPRING, periods=(0.1, 0.1), measured=1, leaves=1, horizon=50)
 
