@@ -30,7 +30,7 @@ MAKERS: Mapping[str, Maker] = {
     "narrow-lower": delay_dual.degree_lower,
     "near-optimal": delay.near_optimal,
     "pade-upper": lambda theorem: delay.pade_upper(theorem, least),
-    "pade-lower": delay.pade_lower,
+    "pade-lower": delay.gain_lower,
     "unstable": delay.unstable,
 }
 make = partial(certificate, "peet2019", MAKERS)

@@ -41,7 +41,7 @@ def two_delays() -> Json:
 def test_a_pade_model_of_ones_own_is_certified_from_both_sides() -> None:
     theorem = own("delay.pade-upper", plant=two_delays(), parameters={"order": 2})
     upper = {**theorem, **maker.pade_upper(theorem, least)}
-    lower = {**theorem, "statement": "delay.pade-lower", **maker.pade_lower(theorem)}
+    lower = {**theorem, "statement": "delay.pade-lower", **maker.gain_lower(theorem)}
     high, low = check(upper).upper, check(lower).lower
     assert high is not None and low is not None
     assert 0 < high / low - 1 < fmpq(1, 10)

@@ -288,8 +288,9 @@ def gain_upper(theorem: Mapping[str, Any], level: str | None = None, rule: str =
 
 
 def gain_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
-    """Bound and witness of the gain that no observer can go below."""
-    gamma, witness = hidden_gain(theorem["plant"])
+    """Bound and witness of the gain that no observer can go below: of the plant, or of its approximation by Padé
+    sections of the order that the theorem names."""
+    gamma, witness = hidden_gain(theorem["plant"], theorem["parameters"].get("order"))
     return {"bound": {"lower": gamma}, "witness": witness}
 
 
@@ -382,12 +383,6 @@ def pade_upper(theorem: Mapping[str, Any], least: Callable[[DelayPlant, int], fl
         }
 
     return stepwise(least(system, order), PADE_STEPS, LEVEL_BITS, witness)
-
-
-def pade_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
-    """Bound and witness of the gain that no observer of the approximation can go below."""
-    gamma, witness = hidden_gain(theorem["plant"], theorem["parameters"]["order"])
-    return {"bound": {"lower": gamma}, "witness": witness}
 
 
 def _storage(system: DelayPlant, part: Section, gamma: float) -> Array:
