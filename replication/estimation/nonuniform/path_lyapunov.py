@@ -213,7 +213,7 @@ def least_storage(basis: Array, count: int, *groups: Inequalities, **options: An
 
 
 def solve(system: ErrorSystem, samples: Samples, tree: ContextTree, *, accept: tuple[str, ...] = ALMOST) -> Storage:
-    """Minimise the squared level over P at the samples, with SLACK; not yet a bound (see `certificate.certify`).
+    """Minimise the squared level over P at the samples, with SLACK; not yet a bound (see `guarantee.certify`).
 
     Raises SolverError unless the solver's status is in `accept`.
     """
