@@ -75,9 +75,7 @@ def storage_matrix(plant: Json, filter_: Json, period: str, level: fmpq, *, weig
             if _size(added) < SETTLED * _size(P):
                 break
         gap = arb_mat(identity(B.ncols())) * supplied - B.transpose() * P * B
-        middles = (np.array([[float(entry.mid()) for entry in row] for row in M.tolist()]) for M in (gap, P))
-        sound = all(np.all(np.linalg.eigvalsh(M) > 0) for M in middles)
-        if not sound or not _size(added) < SETTLED * _size(P):
+        if not (_positive(gap) and _positive(P) and _size(added) < SETTLED * _size(P)):
             raise SolverError(f"no storage matrix at the level {level}: it is too low; raise it")
         return [
             [str(rounded_ends(entry.mid() / 2, EXACT_BITS)[0]) for entry in row] for row in (P + P.transpose()).tolist()
@@ -91,6 +89,12 @@ def error_stage(plant: Json, filter_: Json, h: arb) -> tuple[arb_mat, arb_mat, a
     Phi, Gamma = hold(A, B, h)
     state = beside(Phi, arb_mat(zeros(A.nrows(), A_f.nrows()))).tolist() + arb_mat(block([[B_f * C, A_f]])).tolist()
     return arb_mat(state), arb_mat(Gamma.tolist() + arb_mat(B_f * D).tolist()), arb_mat(block([[L, -C_f]]))
+
+
+def _positive(M: arb_mat) -> bool:
+    """Whether all leading minors are; the least eigenvalue may be far below what doubles tell from zero."""
+    rows = M.tolist()
+    return all(arb_mat([row[:k] for row in rows[:k]]).det() > 0 for k in range(1, len(rows) + 1))
 
 
 def _size(M: arb_mat) -> arb:
