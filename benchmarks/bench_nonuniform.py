@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.clock import processor_seconds
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant
-from replication.estimation.nonuniform.robust import FilterDesign, Solver, design_for_periods, normalise, robust_design
+from replication.estimation.nonuniform.robust import LmiSolution, Solver, design_for_periods, normalise, robust_design
 
 SAME = 1e-6
 """Relative distance of the levels of both methods."""
@@ -24,7 +24,7 @@ RANGE = PeriodRange(0.05, 0.3)
 BY_ORDER, NODES = "Robust design by order n", 129
 
 
-def dense_design(plant: SampledPlant, periods: PeriodRange, nodes: int) -> FilterDesign:
+def dense_design(plant: SampledPlant, periods: PeriodRange, nodes: int) -> LmiSolution:
     """One Lyapunov function on equally spaced periods, all at once; nothing is known between them."""
     at = normalise(plant, periods.middle)
     return design_for_periods(plant, periods.nodes(nodes).tolist(), at=at, solver=Solver.SDPA)

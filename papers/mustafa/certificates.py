@@ -117,7 +117,7 @@ def grid_solution(theorem: Theorem) -> Json:
     moved = {"A": T @ optimum.A @ np.linalg.inv(T), "B": T @ optimum.B, "C": optimum.C @ np.linalg.inv(T)}
     filter_ = {name: rounded_array(matrix, BITS) for name, matrix in moved.items()}
     level = rounded_up(design.level * ROOM, BITS)
-    stages = [error_system(system, nonuniform.filter_of(filter_), h) for h in design.periods]
+    stages = error_system(system, nonuniform.filter_of(filter_), design.periods).stages
     P = common_storage(stages, float(Fraction(level)))
     over = {"from": "h_l", "to": "h_u", "weight": "samples", "filter": filter_}
     attack = nonuniform.gain_lower({**theorem, "parameters": over}, horizon=HORIZON, final_horizon=HORIZON)

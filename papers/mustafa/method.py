@@ -207,7 +207,7 @@ def passes(covered: Callable[[float], Interval], periods: PeriodRange) -> Iterat
 ACCEPTED = ("optimal", "optimal_inaccurate")
 
 
-def printed_design(plant: SampledPlant, periods: Sequence[float]) -> robust.FilterDesign:
+def printed_design(plant: SampledPlant, periods: Sequence[float]) -> robust.LmiSolution:
     """Minimise delta = gamma^2 subject to (10) at all `periods` (s); the filter by (11). Status in the report.
 
     Raises InvalidInputError for periods that are not positive, InfeasibleError or SolverError by the solver's status.
@@ -236,11 +236,10 @@ def printed_design(plant: SampledPlant, periods: Sequence[float]) -> robust.Filt
             [Gamma.T @ Z, c.T, np.zeros((m, s)), o_m.T, o_m.T, -cvxpy.kron(np.eye(m), delta)],
         ]
         matrices.append(-cvxpy.bmat(rows))
-    report, _ = program.minimise_modelled(delta[0, 0], matrices, ACCEPTED)
+    report = program.minimise_modelled(delta[0, 0], matrices, ACCEPTED)
     values = {name: np.asarray(x.value) for name, x in zip("ZYFGQ", (Z, Y, F, G, Q), strict=True)}
     v = robust.LmiVariables(**values, delta=np.asarray(delta.value[0, 0]))
-    level = normalised.scale * float(np.sqrt(max(float(delta.value[0, 0]), 0.0)))
-    return robust.with_filter(normalised, robust.LmiSolution(level, v, tuple(grid), (), report))
+    return robust.LmiSolution(normalised, v, tuple(grid), (), report)
 
 
 # The robust LMI (13), reconstructed: the text omits it, so it is derived here from (7), with one multiplier per cell.
@@ -252,14 +251,11 @@ def printed_design(plant: SampledPlant, periods: Sequence[float]) -> robust.Filt
 
 
 @dataclass(frozen=True)
-class RobustLmiDesign:
-    """level: guaranteed for every sequence in the range; alphas: alpha_i of the cells; radius: their delta_i."""
+class RobustLmiDesign(robust.LmiSolution):
+    """Its level holds for every sequence in the range; alphas: alpha_i of the cells; radius: their delta_i."""
 
-    level: float
-    filter: Filter
     alphas: tuple[float, ...]
     radius: float
-    report: program.SolverReport
 
 
 def modal_transform(A: Array) -> Array:
@@ -303,9 +299,8 @@ def robust_lmi_design(plant: SampledPlant, periods: PeriodRange, cells: int) -> 
     cost = np.eye(unknowns + cells)[0]
     solution = program.solve_clarabel(program.program_under(cost, group), accept=program.ALMOST)
     v = robust.combine(basis, solution.multipliers[:unknowns])
-    level, filter_ = normalised.scale * float(np.sqrt(v.delta)), normalised.restore(robust.recover(v))
     alphas = tuple(small_gain_alpha(measured, h) for h in centres)
-    return RobustLmiDesign(level, filter_, alphas, radius, solution.report)
+    return RobustLmiDesign(normalised, v, tuple(centres), (), solution.report, alphas, radius)
 
 
 def lmi13(

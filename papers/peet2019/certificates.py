@@ -1,8 +1,9 @@
 """Makes the certificates of the wanted theorems of this paper."""
 
+from collections.abc import Mapping
 from functools import partial
 
-from papers._common import certificate
+from papers._common import Maker, certificate
 from papers.peet2019.experiments.scaling import SMALL_LEVEL
 from papers.peet2019.method import lmi_gain, pade_model
 from replication.certify.delay import dual as delay_dual
@@ -18,18 +19,18 @@ def least(system: DelayPlant, order: int) -> float:
     return lmi_gain(pade_model(system, order)).gamma
 
 
-MAKERS = {
+MAKERS: Mapping[str, Maker] = {
     "gain-upper": lambda theorem: delay.gain_upper(
         theorem, SMALL if theorem["plant"]["name"].endswith("-single") else None
     ),
     "gain-lower": delay.gain_lower,
-    "total-upper": delay.total_upper,
-    "narrow-upper": delay.narrow_upper,
+    "total-upper": partial(delay.gain_upper, rule="total"),
+    "narrow-upper": delay.gain_upper,
     "degree-lower": delay_dual.degree_lower,
-    "narrow-lower": delay_dual.narrow_lower,
+    "narrow-lower": delay_dual.degree_lower,
     "near-optimal": delay.near_optimal,
     "pade-upper": lambda theorem: delay.pade_upper(theorem, least),
-    "pade-lower": delay.pade_lower,
+    "pade-lower": delay.gain_lower,
     "unstable": delay.unstable,
 }
 make = partial(certificate, "peet2019", MAKERS)

@@ -23,7 +23,7 @@ from replication.certify import (
 )
 from replication.errors import SolverError
 from replication.estimation.linear.norms import l2_gain
-from replication.estimation.linear.periodic import LiftedResponse, PeriodicSystem, Stage
+from replication.estimation.linear.periodic import LiftedResponse, PeriodicSystem
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.nonuniform.filters import (
     Filter,
@@ -33,10 +33,10 @@ from replication.estimation.nonuniform.filters import (
     periodic_gain,
     riccati_filter,
 )
-from replication.estimation.nonuniform.guarantee import guaranteed_level
+from replication.estimation.nonuniform.guarantee import Guarantee, guaranteed_level
 from replication.estimation.nonuniform.plant import DurationPlant, PeriodRange, SampledPlant, weights_of
 from replication.estimation.nonuniform.robust import robust_design
-from replication.estimation.nonuniform.stamped.design import StampedFilter, StampedPlant, StampedProof, proved_design
+from replication.estimation.nonuniform.stamped.design import StampedFilter, StampedPlant, proved_design
 from replication.estimation.nonuniform.worst_case import worst_sequence
 from replication.estimation.validation import Array, ComplexArray
 from replication.verify.algebra.linear import beside, block, hold, identity, rounded_ends, zeros
@@ -75,9 +75,7 @@ def storage_matrix(plant: Json, filter_: Json, period: str, level: fmpq, *, weig
             if _size(added) < SETTLED * _size(P):
                 break
         gap = arb_mat(identity(B.ncols())) * supplied - B.transpose() * P * B
-        middles = (np.array([[float(entry.mid()) for entry in row] for row in M.tolist()]) for M in (gap, P))
-        sound = all(np.all(np.linalg.eigvalsh(M) > 0) for M in middles)
-        if not sound or not _size(added) < SETTLED * _size(P):
+        if not (_positive(gap) and _positive(P) and _size(added) < SETTLED * _size(P)):
             raise SolverError(f"no storage matrix at the level {level}: it is too low; raise it")
         return [
             [str(rounded_ends(entry.mid() / 2, EXACT_BITS)[0]) for entry in row] for row in (P + P.transpose()).tolist()
@@ -91,6 +89,12 @@ def error_stage(plant: Json, filter_: Json, h: arb) -> tuple[arb_mat, arb_mat, a
     Phi, Gamma = hold(A, B, h)
     state = beside(Phi, arb_mat(zeros(A.nrows(), A_f.nrows()))).tolist() + arb_mat(block([[B_f * C, A_f]])).tolist()
     return arb_mat(state), arb_mat(Gamma.tolist() + arb_mat(B_f * D).tolist()), arb_mat(block([[L, -C_f]]))
+
+
+def _positive(M: arb_mat) -> bool:
+    """Whether all leading minors are; the least eigenvalue may be far below what doubles tell from zero."""
+    rows = M.tolist()
+    return all(arb_mat([row[:k] for row in rows[:k]]).det() > 0 for k in range(1, len(rows) + 1))
 
 
 def _size(M: arb_mat) -> arb:
@@ -129,33 +133,29 @@ def filter_of(values: Mapping[str, Any]) -> Filter:
     return Filter(**{name: as_floats(values[name]) for name in "ABC"})
 
 
-def gain_upper(theorem: Mapping[str, Any], *, leaves: int = 1, cuts: Sequence[float] | None = None) -> Made:
-    """Bound and at most `leaves` storage matrices for the given filter; arguments and errors of `guaranteed_level`."""
-    chosen = theorem["plant"].get("filter") or theorem["parameters"]["filter"]
-    bound, storage = storage_certificate(theorem, chosen, leaves, cuts)
-    return {"bound": bound, "witness": {"storage": storage}}
-
-
-def storage_certificate(
-    theorem: Mapping[str, Any], filter_: Mapping[str, Any], leaves: int = 1, cuts: Sequence[float] | None = None
-) -> tuple[Made, Made]:
-    """An upper bound of the gain of a filter, as certificates write it, and the storage matrices that prove it."""
+def gain_upper(
+    theorem: Mapping[str, Any], filter_: Json | None = None, *, leaves: int = 1, cuts: Sequence[float] | None = None
+) -> Made:
+    """Bound and at most `leaves` storage matrices for a filter, as certificates write it: that of the theorem unless
+    given. Arguments and errors of `guaranteed_level`."""
     plant, parameters = theorem["plant"], theorem["parameters"]
     system, periods = problem_of(plant, parameters)
+    filter_ = filter_ or plant.get("filter") or parameters["filter"]
     chosen = filter_of(filter_)
     if periods.h_l == periods.h_u:
         norm = periodic_gain(system, chosen, [periods.h_l]).upper
         level = rounded_up(norm * (1 + NOMINAL_MARGIN), LEVEL_BITS)
         P = storage_matrix(plant, filter_, parameters["from"], rational(level), weighted=system.weighted)
-        return {"upper": level}, {"cells": ["0", "1"], "before": [[0]], "P": [P]}
+        return {"bound": {"upper": level}, "witness": {"storage": {"cells": ["0", "1"], "before": [[0]], "P": [P]}}}
     bound = guaranteed_level(system, chosen, periods, max_leaves=leaves, cuts=cuts)
     inner = [(edge - periods.h_l) / (periods.h_u - periods.h_l) for edge in bound.edges[1:-1]]
     storage = {
         "cells": ["0", *(rounded(share, SHARE_BITS) for share in inner), "1"],
-        "before": bound.tree.before(),
-        "P": rounded_array(symmetric(bound.system.storage(bound.P)), STORAGE_BITS),
+        "before": bound.before,
+        "P": rounded_array(symmetric(bound.storage), STORAGE_BITS),
     }
-    return {"upper": rounded_up(bound.level * (1 + RANGE_MARGIN), RANGE_BITS)}, storage
+    upper = rounded_up(bound.level * (1 + RANGE_MARGIN), RANGE_BITS)
+    return {"bound": {"upper": upper}, "witness": {"storage": storage}}
 
 
 def gain_lower(theorem: Mapping[str, Any], *, horizon: int = 0, final_horizon: int | None = None) -> Made:
@@ -169,7 +169,7 @@ def gain_lower(theorem: Mapping[str, Any], *, horizon: int = 0, final_horizon: i
     if horizon:
         runs = worst_sequence(system, filter_, periods, horizon=horizon, final_horizon=final_horizon).runs
     pattern, h = pattern_of(runs, periods)
-    stages = PeriodicSystem(tuple(error_system(system, filter_, float(t)) for t in h))
+    stages = error_system(system, filter_, h)
     peak = l2_gain(stages)
     return {
         "bound": {"lower": rounded_down(peak.lower * (1 - ATTAINED_MARGIN), LEVEL_BITS)},
@@ -236,8 +236,8 @@ def robust_upper(theorem: Mapping[str, Any]) -> Made:
 def _with_filter(theorem: Mapping[str, Any], filter_: Filter) -> Made:
     """Bound and witness for the filter in short rationals."""
     written = {name: rounded_array(getattr(filter_, name), FILTER_BITS) for name in "ABC"}
-    bound, storage = storage_certificate(theorem, written)
-    return {"bound": bound, "witness": {"filter": written, "storage": storage}}
+    made = gain_upper(theorem, written)
+    return {**made, "witness": {"filter": written, **made["witness"]}}
 
 
 def optimum_lower(theorem: Mapping[str, Any]) -> Made:
@@ -270,7 +270,7 @@ STEPS = 2**8
 RANGE = {"from": "h_l", "to": "h_u"}
 
 
-def stamped_gain(theorem: Mapping[str, Any], filter_: StampedFilter, proof: StampedProof, runs: Sequence[int]) -> Made:
+def stamped_gain(theorem: Mapping[str, Any], filter_: StampedFilter, proof: Guarantee, runs: Sequence[int]) -> Made:
     """Both bounds and the witness for a filter with the floats that it has; runs: of the pattern, see `pattern_of`."""
     plant = theorem["plant"]
     system, periods = problem_of(plant, RANGE, StampedPlant)
@@ -279,7 +279,7 @@ def stamped_gain(theorem: Mapping[str, Any], filter_: StampedFilter, proof: Stam
     pattern, h = pattern_of(runs, periods)
     # In these coordinates floating point is accurate, too.
     moved, chosen = system.in_coordinates(T), filter_.in_coordinates(T)
-    while lost_bits(stages := along_pattern(moved, chosen, h)) > LOST and len(h) > len(pattern):
+    while lost_bits(stages := error_system(moved, chosen, h)) > LOST and len(h) > len(pattern):
         runs = [(count + 1) // 2 for count in runs]
         pattern, h = pattern_of(runs, periods)
     peak = l2_gain(stages)
@@ -294,7 +294,7 @@ def stamped_gain(theorem: Mapping[str, Any], filter_: StampedFilter, proof: Stam
             "T": rationals(T),
             "storage": {
                 "cells": shares(plant, proof.edges[1:-1]),
-                "before": [list(row) for row in proof.before],
+                "before": proof.before,
                 "P": rationals(symmetric(back.T @ proof.storage @ back)),
             },
             **disturbance(pattern, stages, peak.angle, np.ones_like(h)),
@@ -302,7 +302,7 @@ def stamped_gain(theorem: Mapping[str, Any], filter_: StampedFilter, proof: Stam
     }
 
 
-def coordinates(proof: StampedProof) -> Array:
+def coordinates(proof: Guarantee) -> Array:
     """T for which the storage of T x is about a multiple of the identity: upper triangular and of few bits, with powers
     of two on its diagonal, so that its inverse has few bits, too."""
     root = np.linalg.cholesky(np.mean(proof.storage, axis=0) / proof.level**2).T
@@ -326,13 +326,6 @@ def least_gain(theorem: Mapping[str, Any], *, horizon: int) -> Made:
     design, proof = proved_design(system, periods)
     attack = worst_sequence(system, design.filter, periods, horizon=horizon)
     return stamped_gain(theorem, design.filter, proof, attack.runs)
-
-
-def along_pattern(plant: SampledPlant, filter_: StampedFilter, h: Array) -> PeriodicSystem:
-    """The error under periods h (p,) that repeat: before the first comes the last."""
-    steps, drives = filter_.steps_along(plant, np.array([h[-1], *h]))
-    direct = np.zeros((len(plant.L), drives.shape[2]))
-    return PeriodicSystem(tuple(Stage(A, B, plant.L, direct) for A, B in zip(steps[1:], drives[1:], strict=True)))
 
 
 def shares(plant: Mapping[str, Any], edges: Sequence[float]) -> list[str]:

@@ -161,7 +161,7 @@ def _stamped(result: StampedResult, name: str, number: Any) -> Made:
     _finite(rationals, G=result.filter.G)
     fields = _sampled("nonuniform.stamped-gain", result.plant, result.periods, number)
     theorem = _theorem("nonuniform.stamped-gain", {"name": name, **fields}, {})
-    document = nonuniform.stamped_gain(theorem, result.filter, result.gain.proof, result.gain.attack.runs)
+    document = nonuniform.stamped_gain(theorem, result.filter, result.gain.guarantee, result.gain.attack.runs)
     return {**theorem, **document}
 
 

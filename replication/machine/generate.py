@@ -6,7 +6,6 @@ is trusted: what is wrong, Coq refuses.
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from math import isqrt, lcm
 from types import SimpleNamespace
 from typing import Any
@@ -28,24 +27,20 @@ LONGEST_WAY = 50
 """Most periods that the way from rest to a steady state may take."""
 
 
-@dataclass(frozen=True)
-class Storage:
-    """The matrices (30) are positive definite: F_k F_k' + room I is below each; and above * I is above each P_k."""
+def storage(system: Sensing, P: Sequence[fmpq_mat], gains: Sequence[fmpq_mat], level: fmpq) -> dict[str, str]:
+    """What shows that the matrices (30) for gains L_k of the sensors of the system are positive definite.
 
-    factors: list[fmpq_mat]
-    room: fmpq
-    above: fmpq
-
-
-def storage(system: Sensing, P: Sequence[fmpq_mat], gains: Sequence[fmpq_mat], level: fmpq) -> Storage:
-    """The factors for gains L_k of the sensors of the system; raises InfeasibleError where there is no room."""
+    F_k F_k' + room I is below each, with the F_k as `factors`; and above * I is above each P_k. Raises InfeasibleError
+    where there is no room.
+    """
     wholes = [matrix_30(system, P, k, P[k] * step, level) for k, step in enumerate(system.error_system(gains))]
     above = max(sum((abs(entry) for entry in row), fmpq(0)) for matrix in P for row in matrix.tolist())
     for exponent in ROOM:
         room = fmpq(1, 2**exponent)
         factors = [factor(whole - identity(whole.nrows()) * (2 * room), exponent + MORE_BITS) for whole in wholes]
         if all(F is not None for F in factors):
-            return Storage([F for F in factors if F is not None], room, above)
+            tables = _tables([F for F in factors if F is not None])
+            return {"storage": _tables(P), "factors": tables, "room": _quotient(room), "above": _quotient(above)}
     raise InfeasibleError("the matrix of Theorem 2 is not positive definite with room for rounding")
 
 
@@ -133,20 +128,29 @@ def identifier(name: str) -> str:
     return word
 
 
-def proposition(certificate: Certificate, bound: Mapping[str, str]) -> str:
-    """What Coq is to prove of a wanted theorem (statement, plant, parameters) with these bounds."""
-    fields, plant = certificate["parameters"], identifier(certificate["plant"])
-    lower, upper, relative = (_number(text) for text in (bound["lower"], bound["upper"], fields["relative"]))
+def stated(wanted: Certificate, bound: Mapping[str, str]) -> tuple[dict[str, str], dict[str, str]]:
+    """The definitions that a wanted theorem (statement, plant, parameters) is stated in: its subject, its numbers."""
+    fields, plant = wanted["parameters"], identifier(wanted["plant"])
     if len(set(fields["sensors"])) < len(fields["sensors"]):
         raise InvalidInputError(f"sensors {fields['sensors']} name one twice; give each sensor one period")
     N = len(schedule(fields["periods"], fields["offsets"]))
     entries = zip(fields["sensors"], fields["periods"], (theta % N for theta in fields["offsets"]), strict=True)
     times = "; ".join(f"({sensor}, {period}, {theta})" for sensor, period, theta in entries)
-    on = f"under R {plant}{'_plant' if certificate['statement'] == GAIN else ''} [:: {times}]%nat"
-    bounds = " ".join(f"(number R ({number}))" for number in (lower, upper, relative))
-    if certificate["statement"] == GAIN:
-        return f"forall R, gain_between ({on})\n  (cyclic R _ _ {plant}) {bounds}"
-    sees = "everything" if certificate["statement"] == SMOOTHER else "the_past"
+    numbers = {"lower": bound["lower"], "upper": bound["upper"], "relative": fields["relative"]}
+    return (
+        {"plant": f"{plant}{'_plant' if wanted['statement'] == GAIN else ''}", "times : schedule": f"[:: {times}]%nat"},
+        {name: _quotient(rational(text, "a bound")) for name, text in numbers.items()},
+    )
+
+
+def proposition(wanted: Certificate, bound: Mapping[str, str]) -> str:
+    """What Coq is to prove of a wanted theorem with these bounds."""
+    subject, numbers = stated(wanted, bound)
+    on = f"under R {' '.join(subject.values())}"
+    bounds = " ".join(f"(number R ({number}))" for number in numbers.values())
+    if wanted["statement"] == GAIN:
+        return f"forall R, gain_between ({on})\n  (cyclic R _ _ {identifier(wanted['plant'])}) {bounds}"
+    sees = "everything" if wanted["statement"] == SMOOTHER else "the_past"
     return f"forall R, optimum_between ({on})\n  {sees} {bounds}"
 
 
@@ -157,17 +161,13 @@ def source(certificate: Certificate) -> str:
     witness, upper = certificate["witness"], rational(certificate["bound"]["upper"], "bound.upper")
     P = [matrix(entry, "witness.P") for entry in witness["P"]]
     gains = system.gains if kind == GAIN else _rounded_gains(system, P, witness["Y"])
-    proof = storage(system, P, gains, upper)
     loops = [*system.error_system(gains), *(part for k in range(system.phases) for part in system.open_loop(k))]
     claim = {"statement": kind, "plant": certificate["plant"]["name"], "parameters": certificate["parameters"]}
-    stated = proposition(claim, certificate["bound"])
-    plant, times = re.search(r"under R (\w+) (\[::.*?\]%nat)", stated).groups()  # type: ignore[union-attr]
+    subject, numbers = stated(claim, certificate["bound"])
+    conclusion = proposition(claim, certificate["bound"])
     sensors = len(certificate["plant"]["C"])
     widened = [_widened(L, parameters.sensors, sensors) for L in gains]
     way, steady, turn = _below(system, kind, witness)
-    lower, upper_, relative = (
-        _number(text) for text in (*(certificate["bound"][side] for side in ("lower", "upper")), parameters.relative)
-    )
     turned = f"{turn.nrows()} turn way cycle"
     check, theorem = {
         GAIN: (f"check_cycle plant times den false gains {turned} lower", "gain_proved"),
@@ -175,20 +175,14 @@ def source(certificate: Certificate) -> str:
         PREDICTOR: ("check_finite plant times den 1 way lower", "predictor_proved"),
     }[kind]
     parts = {
-        "plant": plant,
-        "times : schedule": times,
+        **subject,
         "den": f"{common_denominator(loops)}%positive",
         "gains": identifier(certificate["plant"]["name"]) if kind == GAIN else _tables(widened),
-        "storage": _tables(P),
-        "factors": _tables(proof.factors),
-        "room": f"Qmake {proof.room.p} {proof.room.q}",
-        "above": f"Qmake {proof.above.p} {proof.above.q}",
+        **storage(system, P, gains, upper),
         "way": _tables(way),
         "cycle": _tables(steady),
         "turn": _table(turn),
-        "lower": lower,
-        "upper": upper_,
-        "relative": relative,
+        **numbers,
     }
     lines = [f"Definition {name} := {value}." for name, value in parts.items()]
     checks = {
@@ -197,7 +191,7 @@ def source(certificate: Certificate) -> str:
         "lower_holds": check,
     }
     lines += [f"Lemma {name} : {what}.\nProof. vm_cast_no_check (erefl true). Qed." for name, what in checks.items()]
-    lines += [f"\nTheorem proved : {stated}.\nProof. move=> R; exact: ({theorem} R {' '.join(checks)}). Qed.\n"]
+    lines += [f"\nTheorem proved : {conclusion}.\nProof. move=> R; exact: ({theorem} R {' '.join(checks)}). Qed.\n"]
     return HEAD.format(paper=certificate["paper"]) + "\n".join(lines)
 
 
@@ -231,8 +225,7 @@ def _widened(L: fmpq_mat, sensors: Sequence[int], count: int) -> fmpq_mat:
     return fmpq_mat([[row[sensors.index(i)] if i in sensors else fmpq(0) for i in range(count)] for row in rows])
 
 
-def _number(text: str) -> str:
-    number = rational(text, "a bound")
+def _quotient(number: fmpq) -> str:
     return f"Qmake {number.p} {number.q}" if number >= 0 else f"Qmake ({number.p}) {number.q}"
 
 

@@ -162,10 +162,7 @@ def test_the_audit_refuses_what_is_not_proved(coq: Coq, what: str) -> None:
 def test_every_level_of_the_paper_is_stated() -> None:
     assert len(ENTRIES) >= 17
     for name, entry in ENTRIES.items():
-        stated = proposition(
-            {"statement": entry.statement, "plant": entry.plant, "parameters": entry.parameters},
-            certificate(name)["bound"],
-        )
+        stated = proposition(vars(entry), certificate(name)["bound"])
         assert stated in source(certificate(name))
         assert identifier(entry.plant) in stated
 
@@ -192,9 +189,7 @@ def test_a_sensor_named_twice_is_refused() -> None:
     entry = ENTRIES["optimum-1-1"]
     given = {**entry.parameters, "sensors": [1, 1]}
     with pytest.raises(InvalidInputError, match="name one twice"):
-        proposition(
-            {"statement": entry.statement, "plant": "stable", "parameters": given}, certificate("optimum-1-1")["bound"]
-        )
+        proposition({**vars(entry), "parameters": given}, certificate("optimum-1-1")["bound"])
 
 
 def test_without_coq_it_says_what_is_missing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -108,11 +108,11 @@ def test_the_certificate_has_the_gains_and_the_edges_that_run() -> None:
 def test_a_filter_with_other_gains_has_no_such_certificate() -> None:
     result = result_of("oscillator of 0.8 Hz")
     for factor, edges in ((1.05, result.filter.edges), (1.0, tuple(np.array(result.filter.edges) * 0.9))):
-        proof = replace(result.gain.proof, edges=(result.periods.h_l, *edges, result.periods.h_u))
+        proof = replace(result.gain.guarantee, edges=(result.periods.h_l, *edges, result.periods.h_u))
         other = replace(
             result,
             filter=StampedFilter(factor * result.filter.G[:: 1 if factor > 1 else -1], edges),
-            gain=replace(result.gain, proof=proof),
+            gain=replace(result.gain, guarantee=proof),
         )
         with pytest.raises(SolverError, match="storage inequality"):
             certificate(other)
@@ -129,14 +129,14 @@ def test_a_single_period_has_none() -> None:
 def test_a_pattern_that_is_too_long_for_balls_is_cut() -> None:
     result = result_of("no noise")
     theorem = copy.deepcopy(certificate(result))
-    made = makers.stamped_gain(theorem, result.filter, result.gain.proof, (400, 30))
+    made = makers.stamped_gain(theorem, result.filter, result.gain.guarantee, (400, 30))
     counts = [count for _, count in made["witness"]["pattern"]]
     assert sum(counts) < 430 and min(counts) >= 1
     assert check({**theorem, **made}).lower is not None
-    T = makers.coordinates(result.gain.proof)
+    T = makers.coordinates(result.gain.guarantee)
     plant, filter_ = result.plant.in_coordinates(T), result.filter.in_coordinates(T)
     whole, cut = (
-        makers.along_pattern(plant, filter_, makers.pattern_of(runs, result.periods)[1]) for runs in ((400, 30), counts)
+        makers.error_system(plant, filter_, makers.pattern_of(runs, result.periods)[1]) for runs in ((400, 30), counts)
     )
     assert makers.lost_bits(cut) <= makers.LOST < makers.lost_bits(whole)
     assert float(Fraction(made["bound"]["lower"])) <= l2_gain(cut).value

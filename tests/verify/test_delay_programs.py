@@ -41,7 +41,7 @@ def two_delays() -> Json:
 def test_a_pade_model_of_ones_own_is_certified_from_both_sides() -> None:
     theorem = own("delay.pade-upper", plant=two_delays(), parameters={"order": 2})
     upper = {**theorem, **maker.pade_upper(theorem, least)}
-    lower = {**theorem, "statement": "delay.pade-lower", **maker.pade_lower(theorem)}
+    lower = {**theorem, "statement": "delay.pade-lower", **maker.gain_lower(theorem)}
     high, low = check(upper).upper, check(lower).lower
     assert high is not None and low is not None
     assert 0 < high / low - 1 < fmpq(1, 10)
@@ -52,8 +52,8 @@ def test_both_bounds_with_kernels_in_one_variable_agree(rule: str) -> None:
     """Degree 1 of Example 2 from both sides: squares below the functional would contradict it."""
     theorem = {**certificate("ex2-d1-lower"), "name": "own", "paper": None, "claims": []}
     theorem["parameters"] = {"degree": 1, "rule": rule}
-    upper = {**theorem, "statement": "delay.narrow-upper", **maker.narrow_upper(theorem)}
-    lower = {**theorem, "statement": "delay.narrow-lower", **dual_maker.narrow_lower(theorem)}
+    upper = {**theorem, "statement": "delay.narrow-upper", **maker.gain_upper(theorem)}
+    lower = {**theorem, "statement": "delay.narrow-lower", **dual_maker.degree_lower(theorem)}
     high, low = check(upper).upper, check(lower).lower
     assert high is not None and low is not None
     assert 0 <= high / low - 1 < fmpq(1, 50)  # the weighted squares of the lower bound are more

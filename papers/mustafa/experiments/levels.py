@@ -130,7 +130,7 @@ def bracket(
         "w": attack.w[:, 0].tolist(),
         "e": attack.e[:, 0].tolist(),
         "leaves": guarantee.leaves,
-        "common": guarantee.history[0][1],
+        "common": guaranteed_level(measured, filter_, span, max_leaves=1).level,
         "solvers": [guarantee.report.to_dict()],
     }
 

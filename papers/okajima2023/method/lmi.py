@@ -215,7 +215,7 @@ def minimise(gamma_squared: Any, blocks: list[list[list[Any]]], accept: tuple[st
     import cvxpy
 
     matrices = (cvxpy.bmat(rows) if len(rows) > 1 or len(rows[0]) > 1 else rows[0][0] for rows in blocks)
-    return minimise_modelled(gamma_squared, matrices, accept)[0]
+    return minimise_modelled(gamma_squared, matrices, accept)
 
 
 DECREMENT = 1e-6

@@ -26,7 +26,7 @@ from replication.certify.delay import forms
 from replication.certify.delay.forms import Basis, Dynamics, Entry, Key, change_of, dynamics_of
 from replication.certify.delay.levels import SOLVED, to_legendre
 from replication.errors import SolverError
-from replication.estimation.delay.sos.cone import Blocks, DegreeRule, cone_blocks
+from replication.estimation.delay.sos.cone import Blocks, cone_blocks
 from replication.estimation.validation import Array
 from replication.verify.reading import written
 
@@ -163,20 +163,15 @@ def _measured(dynamics: Dynamics, basis: Basis, i: int, moving: bool) -> bool:
 
 
 def degree_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
-    """Bound and witness of a level that Theorem 3 cannot go below at the degree of the theorem."""
-    degree = theorem["parameters"]["degree"]
-    return _lower(theorem, cone_blocks(degree, DegreeRule.TENSOR), 2 * degree + 1)
+    """Bound and witness of a level that Theorem 3 cannot go below at the degree of the theorem.
 
-
-def narrow_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
-    """The same with kernels in the variable that the theorem names; both weights with the same degree."""
-    degree, rule = theorem["parameters"]["degree"], theorem["parameters"]["rule"]
-    first, _ = cone_blocks(degree, SOLVED[rule])
-    return _lower(theorem, (first, replace(first, weighted=True)), 2 * degree + 3)
-
-
-def _lower(theorem: Mapping[str, Any], squares: Blocks, powers: int) -> dict[str, Any]:
-    plant = theorem["plant"]
+    With kernels in one variable, where the theorem names it, both weights have the same degree.
+    """
+    plant, parameters = theorem["plant"], theorem["parameters"]
+    degree, narrow = parameters["degree"], "rule" in parameters
+    squares, powers = cone_blocks(degree, SOLVED[parameters.get("rule", "each")]), 2 * degree + (3 if narrow else 1)
+    if narrow:
+        squares = (squares[0], replace(squares[0], weighted=True))
     change = change_of(plant)
     dynamics = dynamics_of(plant, change)
     dual = dual_of(dynamics, squares)

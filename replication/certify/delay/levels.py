@@ -272,34 +272,25 @@ def grams_in_units(plant: Mapping[str, Any], gamma: str, degree: int) -> dict[st
     }
 
 
-def gain_upper(theorem: Mapping[str, Any], level: str | None = None) -> dict[str, Any]:
-    """Bound and witness of a level that Theorem 3 reaches at the degree of the theorem: `level`, or near the least."""
-    plant, degree = theorem["plant"], theorem["parameters"]["degree"]
+def gain_upper(theorem: Mapping[str, Any], level: str | None = None, rule: str = "each") -> dict[str, Any]:
+    """Bound and witness of a level that Theorem 3 reaches at the degree of the theorem: `level`, or near the least.
+
+    rule: of the degrees, where the theorem names no variable in which its kernels are.
+    """
+    plant, parameters = theorem["plant"], theorem["parameters"]
+    degree, rule = parameters["degree"], parameters.get("rule", rule)
     if level is not None:
         gamma = str(Fraction(level))
         return {"bound": {"upper": gamma}, "witness": grams(plant, gamma, degree, WIDE_TRACE)}
-    return _upper(theorem, "each")
-
-
-def total_upper(theorem: Mapping[str, Any]) -> dict[str, Any]:
-    """The same by the rule of the total degree."""
-    return _upper(theorem, "total")
-
-
-def narrow_upper(theorem: Mapping[str, Any]) -> dict[str, Any]:
-    """The same with kernels in the variable that the theorem names."""
-    return _upper(theorem, theorem["parameters"]["rule"], WIDE_TRACE)
-
-
-def _upper(theorem: Mapping[str, Any], rule: str, trace: float = TRACE) -> dict[str, Any]:
-    plant, degree = theorem["plant"], theorem["parameters"]["degree"]
+    trace = WIDE_TRACE if "rule" in parameters else TRACE
     least = minimum_gain(floating(plant), degree, rule=SOLVED[rule]).gamma
     return stepwise(least, STEPS, LEVEL_BITS, lambda gamma: grams(plant, gamma, degree, trace, rule))
 
 
 def gain_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
-    """Bound and witness of the gain that no observer can go below."""
-    gamma, witness = hidden_gain(theorem["plant"])
+    """Bound and witness of the gain that no observer can go below: of the plant, or of its approximation by Padé
+    sections of the order that the theorem names."""
+    gamma, witness = hidden_gain(theorem["plant"], theorem["parameters"].get("order"))
     return {"bound": {"lower": gamma}, "witness": witness}
 
 
@@ -392,12 +383,6 @@ def pade_upper(theorem: Mapping[str, Any], least: Callable[[DelayPlant, int], fl
         }
 
     return stepwise(least(system, order), PADE_STEPS, LEVEL_BITS, witness)
-
-
-def pade_lower(theorem: Mapping[str, Any]) -> dict[str, Any]:
-    """Bound and witness of the gain that no observer of the approximation can go below."""
-    gamma, witness = hidden_gain(theorem["plant"], theorem["parameters"]["order"])
-    return {"bound": {"lower": gamma}, "witness": witness}
 
 
 def _storage(system: DelayPlant, part: Section, gamma: float) -> Array:

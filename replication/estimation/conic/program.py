@@ -84,10 +84,8 @@ def solve_modelled(problem: Any, options: Options = CLARABEL_OPTIONS) -> str:
     return str(problem.status)
 
 
-def minimise_modelled(
-    objective: Any, matrices: Iterable[Any], accept: tuple[str, ...]
-) -> tuple[SolverReport, list[Any]]:
-    """Minimise a variable of cvxpy with every matrix positive semidefinite; the report, and the constraints.
+def minimise_modelled(objective: Any, matrices: Iterable[Any], accept: tuple[str, ...]) -> SolverReport:
+    """Minimise a variable of cvxpy with every matrix positive semidefinite; what the solver said.
 
     Raises InfeasibleError or SolverError unless the status is one of `accept`.
     """
@@ -108,7 +106,7 @@ def minimise_modelled(
         iterations=int(stats.num_iters) if stats and stats.num_iters is not None else None,
     )
     raise_unless_solved(report, accept=accept)
-    return report, constraints
+    return report
 
 
 Indices = npt.NDArray[np.intp]

@@ -122,8 +122,9 @@ def design(
             f"{remainder:.0e}), and samples say nothing of the next; if milliseconds were meant, divide by 1000"
         )
     solution = NonuniformResult.solve(checked, range_, goal)
-    data = {"plant": checked, "signals": signals, "periods": range_}
-    return NonuniformResult.worst(solution, leaves=leaves, horizon=horizon, **data)
+    return NonuniformResult.worst(
+        solution, leaves=leaves, horizon=horizon, plant=checked, signals=signals, periods=range_
+    )
 
 
 def analyse(
@@ -163,9 +164,10 @@ def analyse(
         No certificate is found.
     """
     checked, signals = _read(plant, measured)
-    solution = Solution(gains_of(_filter(filter_)))
-    data = {"plant": checked, "signals": signals, "periods": as_range(periods)}
-    return NonuniformResult.worst(solution, leaves=leaves, horizon=horizon, **data)
+    solution, range_ = Solution(gains_of(_filter(filter_))), as_range(periods)
+    return NonuniformResult.worst(
+        solution, leaves=leaves, horizon=horizon, plant=checked, signals=signals, periods=range_
+    )
 
 
 def simulate(
@@ -301,5 +303,6 @@ def design_stamped(
     # Products of small matrices gain nothing from threads, and lose much where processors are busy.
     with threadpool_limits(1, user_api="blas"):
         solution = StampedResult.solve(checked, range_, cells)
-        data = {"plant": checked, "signals": signals, "periods": range_, "known": inputs}
-        return StampedResult.worst(solution, horizon=horizon, **data)
+        return StampedResult.worst(
+            solution, horizon=horizon, plant=checked, signals=signals, periods=range_, known=inputs
+        )

@@ -19,7 +19,7 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.linear.norms import GainBracket, hinf_norm, l2_gain
 from replication.estimation.linear.periodic import PeriodicSystem, Stage
 from replication.estimation.linear.riccati import RiccatiMap, compose, gramians, settled, stacked, symmetric
-from replication.estimation.nonuniform.plant import SampledPlant, balancing
+from replication.estimation.nonuniform.plant import SampledPlant, as_periods, balancing, weights_of
 from replication.estimation.validation import Array, StateSpace, as_matrix, positive_scalar
 
 
@@ -46,10 +46,6 @@ class Estimator(ABC):
         """`error_step` for each of a sequence of periods."""
         upper = plant.transitions(periods)[:, : plant.order]
         return self.error_step(plant, upper[..., : plant.order], upper[..., plant.order :])
-
-    def at(self, h: float) -> Self:
-        """The filter as it is at a constant period h."""
-        return self
 
     @abstractmethod
     def errors(self, plant: SampledPlant, periods: Array, w: Array) -> Array:
@@ -185,13 +181,16 @@ def observer(plant: SampledPlant, h: float, K: Array) -> Filter:
     return Filter(Phi - gain @ plant.C, gain, plant.L)
 
 
-def error_system(plant: SampledPlant, filter_: Estimator, h: float) -> Stage:
-    """One stage of eq. (5) with period h, state [x; x^]; where durations count, e is scaled by sqrt(h), w by its
-    inverse."""
-    output = filter_.error_output(plant)
-    state, drive = filter_.error_step(plant, *plant.discretise(h))
-    root = np.sqrt(h) if plant.weighted else 1.0
-    return Stage(state, drive / root, root * output, np.zeros((len(output), drive.shape[1])))
+def error_system(plant: SampledPlant, filter_: Estimator, periods: Sequence[float] | Array) -> PeriodicSystem:
+    """Eq. (5), state [x; x^], under sampling periods that repeat `periods` for ever: before the first comes the last.
+
+    Where durations count, e is scaled by sqrt(h), w by its inverse.
+    """
+    h, output = as_periods("periods", periods), filter_.error_output(plant)
+    steps, drives = filter_.steps_along(plant, np.array([h[-1], *h]))
+    direct = np.zeros((len(output), drives.shape[2]))
+    stages = zip(steps[1:], drives[1:], np.sqrt(weights_of(plant, h)), strict=True)
+    return PeriodicSystem(tuple(Stage(A, B / root, root * output, direct) for A, B, root in stages))
 
 
 def gramian(A: Array, B: Array) -> Array:
@@ -207,16 +206,13 @@ def periodic_gain(plant: SampledPlant, filter_: Estimator, periods: Sequence[flo
 
     Raises InfeasibleError if the error system is unstable.
     """
-    if len(periods) == 0:
-        raise InvalidInputError("periods must not be empty: give the sampling periods that repeat, in seconds")
-    stages = {h: error_system(plant, filter_, h) for h in set(periods)}
-    return l2_gain(PeriodicSystem(tuple(stages[h] for h in periods)))
+    return l2_gain(error_system(plant, filter_, periods))
 
 
 def gains_at(plant: SampledPlant, filters: Sequence[Estimator], periods: Sequence[float]) -> Array:
     """The gain of each filter at a constant period of its own."""
     pairs = zip(filters, periods, strict=True)
-    return np.array([periodic_gain(plant, filter_.at(h), [h]).value for filter_, h in pairs])
+    return np.array([periodic_gain(plant, filter_, [h]).value for filter_, h in pairs])
 
 
 START = 1e-9

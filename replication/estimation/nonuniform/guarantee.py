@@ -25,8 +25,8 @@ from replication.estimation.nonuniform.path_lyapunov import (
     ROUGH,
     ContextTree,
     ErrorSystem,
-    PathSolution,
     Samples,
+    Storage,
     solve,
 )
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, balancing, weights_of
@@ -209,26 +209,25 @@ EXCHANGES = 3
 """Times that the last tree is solved again with more samples."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Guarantee:
-    """A level proved for every sampling sequence in [h_l, h_u].
+    """A level that no sampling sequence in [h_l, h_u] exceeds, with what proves it.
 
-    level: upper bound of the gain; history: the best level proved with at most so many leaves; edges, tree, P, system:
-    the certificate, which `certify` checks again.
+    storage (leaves, N, N): s'P s of the states s of the error by the leaf that begins the coming periods; of a filter
+    that takes time stamps for each of its gains. edges: of the cells, s; before: for each leaf and cell the leaf before
+    it; report: what the solver said.
     """
 
     level: float
-    history: tuple[tuple[int, float], ...]
+    storage: Array
     edges: tuple[float, ...]
-    tree: ContextTree
-    P: Array
-    system: ErrorSystem
+    before: Sequence[Sequence[int]]
     report: SolverReport
 
     @property
     def leaves(self) -> int:
-        """Size of the context tree."""
-        return len(self.tree.leaves)
+        """How many Lyapunov matrices prove it."""
+        return len(self.storage)
 
 
 def guaranteed_level(
@@ -249,9 +248,7 @@ def guaranteed_level(
     edges = _edges(periods, cuts)
     filter_.require_settling(plant)
     natural = _natural(plant, filter_, periods.middle)
-    best = _common(natural, periods)
-    system = best.system
-    history = [(1, best.level)]
+    best, system = _common(natural, periods)
     # With one cell there is nothing to tell apart.
     if len(edges) == 2 or limit < len(edges) - 1:
         return best
@@ -264,8 +261,7 @@ def guaranteed_level(
         except SolverError:
             break  # what was proved so far stands: a certificate does not depend on the next one
         if proof.level < best.level:
-            best = Guarantee(proof.level, (), samples.edges, tree, solution.P, system, solution.report)
-        history.append((len(tree.leaves), best.level))
+            best = proof
         count = max(1, int(GROWTH * len(tree.leaves)))
         longer = tree.split([tree.leaves[i] for i in np.argsort(-solution.flux, kind="stable")[:count]])
         if len(longer.leaves) <= limit:
@@ -275,7 +271,7 @@ def guaranteed_level(
             exchanges = EXCHANGES
         else:
             break
-    return replace(best, history=tuple(history))
+    return best
 
 
 def _edges(periods: PeriodRange, cuts: Sequence[float] | None) -> tuple[float, ...]:
@@ -290,8 +286,8 @@ def _edges(periods: PeriodRange, cuts: Sequence[float] | None) -> tuple[float, .
     return edges
 
 
-def _common(natural: ErrorSystem, periods: PeriodRange) -> Guarantee:
-    """The common Lyapunov function, its error system in coordinates and units in which it is about the identity."""
+def _common(natural: ErrorSystem, periods: PeriodRange) -> tuple[Guarantee, ErrorSystem]:
+    """The common Lyapunov function, and the error system in coordinates and units in which it is about the identity."""
     tree = ContextTree.one_step(1)
     for roundings in ROUNDINGS:
         system, samples, best = replace(natural, roundings=roundings), Samples((periods.h_l, periods.h_u)), None
@@ -301,8 +297,7 @@ def _common(natural: ErrorSystem, periods: PeriodRange) -> Guarantee:
             solution, samples, proof = _solve_until_proved(system, samples, tree, accept=ROUGH)
             level = system.level * float(np.sqrt(solution.delta))
             if np.isfinite(proof.level):
-                history, edges = ((1, proof.level),), samples.edges
-                best = Guarantee(proof.level, history, edges, tree, solution.P, system, solution.report)
+                best = proof, system
             if solution.delta <= 0 or np.linalg.eigvalsh(solution.P[0])[0] <= 0:
                 break
             root = np.linalg.cholesky(solution.P[0]).T
@@ -319,7 +314,7 @@ def _natural(plant: SampledPlant, filter_: Estimator, h: float) -> ErrorSystem:
     """The error system with its Gramian at period h about the identity, e in units of its own gain there."""
     balanced = balancing(plant)
     plant, filter_ = plant.in_coordinates(balanced), filter_.in_coordinates(balanced)
-    stage = error_system(plant, filter_, h)
+    (stage,) = error_system(plant, filter_, [h]).stages
     reached = gramian(stage.A, stage.B)
     # Each state in its own unit first, so that the small number added means the same to all of them.
     size = np.sqrt(np.diag(reached))
@@ -341,9 +336,9 @@ def _solve_until_proved(
     tree: ContextTree,
     exchanges: int = EXCHANGES,
     accept: tuple[str, ...] = ALMOST,
-) -> tuple[PathSolution, Samples, Certificate]:
+) -> tuple[Storage, Samples, Guarantee]:
     """Solve, certify, and add to each transition that asks for too much the period where, until the certificate is as
-    good as the samples, or `exchanges` times."""
+    good as the samples, or `exchanges` times; the guarantee is infinite if nothing is proved."""
     for attempt in range(exchanges + 1):
         solution = solve(system, samples, tree, accept=accept)
         target = system.level * float(np.sqrt(solution.delta)) * (1 + LOOSE)
@@ -356,4 +351,8 @@ def _solve_until_proved(
         samples = samples.with_added(missed) if missed else samples
         if proof.level <= target or not missed or attempt == exchanges:
             break
-    return solution, samples, proof
+    return (
+        solution,
+        samples,
+        Guarantee(proof.level, system.storage(solution.P), samples.edges, tree.before(), solution.report),
+    )

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 import scipy
@@ -22,6 +23,7 @@ import scipy
 from replication.estimation.conic.program import (
     ALMOST,
     Inequalities,
+    Solution,
     SolverReport,
     program_under,
     solve_clarabel,
@@ -168,15 +170,15 @@ class Samples:
         return replace(self, added={**self.added, **more})
 
 
-@dataclass(frozen=True)
-class PathSolution:
-    """delta: squared level of the samples; P: stack (leaves, N, N); flux: stored energy through each leaf at the
-    optimum."""
+@dataclass(frozen=True, eq=False)
+class Storage:
+    """delta: squared level; P: stack (leaves or cells, N, N); report: what the solver said; flux (leaves,): the stored
+    energy through each leaf at the optimum, if it was asked for."""
 
     delta: float
     P: Array
-    flux: Array
     report: SolverReport
+    flux: Array = field(default_factory=lambda: np.zeros(0))
 
 
 def storage_inequalities(
@@ -200,17 +202,24 @@ def storage_inequalities(
     return Inequalities(-weights[which, None, None] * demanded, np.array(coefficients), variables)
 
 
-def solve(
-    system: ErrorSystem, samples: Samples, tree: ContextTree, *, accept: tuple[str, ...] = ALMOST
-) -> PathSolution:
-    """Minimise the squared level over P at the samples, with SLACK; not yet a bound (see `certificate.certify`).
+def least_storage(basis: Array, count: int, *groups: Inequalities, **options: Any) -> tuple[Storage, Solution]:
+    """The least delta, and `count` matrices P, that meet inequalities in delta and the coordinates of P in `basis`."""
+    cost = np.zeros(1 + count * len(basis))
+    cost[0] = 1.0
+    solution = solve_clarabel(program_under(cost, *groups), **options)
+    x = solution.multipliers
+    P = np.einsum("cl,lab->cab", x[1:].reshape(count, -1), basis)
+    return Storage(float(x[0]), P, solution.report), solution
+
+
+def solve(system: ErrorSystem, samples: Samples, tree: ContextTree, *, accept: tuple[str, ...] = ALMOST) -> Storage:
+    """Minimise the squared level over P at the samples, with SLACK; not yet a bound (see `guarantee.certify`).
 
     Raises SolverError unless the solver's status is in `accept`.
     """
     output, inputs = system.output, system.plant.B.shape[1]
     size = output.shape[1]
     basis = symmetric_basis(size)
-    terms = len(basis)
     frame = np.eye(size, size + inputs)
     supplied = np.diag(np.concatenate([np.zeros(size), np.ones(inputs)]))
     triples = [
@@ -225,13 +234,9 @@ def solve(
     slack = max(SLACK, system.roundings * float(np.max(rounding)))
     demanded = frame.T @ output.T @ output @ frame + slack * (frame.T @ frame)
     group = storage_inequalities(basis, frame, steps, supplied, demanded, edges, weights)
-    cost = np.zeros(1 + terms * len(tree.leaves))
-    cost[0] = 1.0
     # What the solution proves is computed anew: steps that are not refined cost a sixth less and prove the same.
-    solution = solve_clarabel(program_under(cost, group), accept=accept, iterative_refinement_enable=False)
-    x, duals = solution.multipliers, np.array(solution.blocks)
-    P = np.einsum("cl,lab->cab", x[1:].reshape(-1, terms), basis)
-    flux = np.zeros(len(tree.leaves))
+    storage, solution = least_storage(basis, len(tree.leaves), group, accept=accept, iterative_refinement_enable=False)
+    flux, duals = np.zeros(len(tree.leaves)), np.array(solution.blocks)
     sources = [leaf for leaf, *_ in edges]
-    np.add.at(flux, sources, np.einsum("eab,eab->e", P[sources], duals[:, :size, :size]))
-    return PathSolution(float(x[0]), P, flux, solution.report)
+    np.add.at(flux, sources, np.einsum("eab,eab->e", storage.P[sources], duals[:, :size, :size]))
+    return replace(storage, flux=flux)

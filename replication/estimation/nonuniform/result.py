@@ -19,18 +19,15 @@ from replication.estimation.api.results import Bracket, Evidence
 from replication.estimation.api.running import PeriodicObserver
 from replication.estimation.linear.periodic import PeriodicSystem
 from replication.estimation.nonuniform.filters import Estimator, Filter, error_system, gains_at, observer, riccati_level
-from replication.estimation.nonuniform.guarantee import guaranteed_level
+from replication.estimation.nonuniform.guarantee import Guarantee, guaranteed_level
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, balancing
 from replication.estimation.nonuniform.robust import robust_design
-from replication.estimation.nonuniform.stamped.design import StampedFilter, StampedProof, kalman_filters, proved_design
+from replication.estimation.nonuniform.stamped.design import StampedFilter, kalman_filters, proved_design
 from replication.estimation.nonuniform.stamped.observer import StampedObserver
 from replication.estimation.nonuniform.worst_case import (
-    BadSequence,
     WorstCaseGain,
     beside,
     floor_of_any_filter,
-    searched,
-    worst_case_gain,
     worst_sequence,
     zero_at_constant_periods,
     zero_filter,
@@ -96,14 +93,6 @@ class RunningFilter(PeriodicObserver):
         return labelled(self.filter, True, self.signals)
 
 
-@dataclass(frozen=True, eq=False)
-class StampedGain:
-    """attack: a sequence and a disturbance at hand; proof: of a level that no sequence exceeds."""
-
-    attack: BadSequence
-    proof: StampedProof
-
-
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class SequenceResult(Design):
     """A filter with both ends of its worst-case gain over every sampling sequence.
@@ -116,15 +105,15 @@ class SequenceResult(Design):
         The sampling periods for which it holds, s.
     filter : Estimator
         The gains as a filter.
-    gain : WorstCaseGain or StampedGain
-        `gain.attack` attains the lower end of the bracket; `gain.guarantee` or `gain.proof` proves the upper one.
+    gain : WorstCaseGain
+        `gain.attack` attains the lower end of the bracket; `gain.guarantee` proves the upper one.
     """
 
     quantity: str = QUANTITY
     plant: SampledPlant
     periods: PeriodRange
     filter: Estimator
-    gain: WorstCaseGain | StampedGain
+    gain: WorstCaseGain
 
     @abstractmethod
     def constant(self, h: float) -> Filter:
@@ -132,16 +121,20 @@ class SequenceResult(Design):
 
     @classmethod
     @abstractmethod
-    def worst(cls, solution: Solution, *, horizon: int, **data: Any) -> Self:
-        """The result for the gains of a solution: both ends of the worst-case gain over every sequence."""
+    def proved(
+        cls, solution: Solution, plant: SampledPlant, periods: PeriodRange, leaves: int
+    ) -> tuple[Estimator, Guarantee, Sequence[Evidence]]:
+        """The filter of a solution with its guarantee, of so many Lyapunov matrices at most, and facts of the
+        method."""
 
     @classmethod
-    def bracketed(
-        cls, solution: Solution, upper: float, matrices: int, more: Sequence[Evidence], *, horizon: int, **data: Any
-    ) -> Self:
-        """The result with its lower end and what it is worth; matrices: of the proof, more: facts of the method."""
-        plant, periods, attack = data["plant"], data["periods"], data["gain"].attack
-        lower, levels = beside(plant, data["filter"], periods, (attack.level, upper), horizon=horizon)
+    def worst(cls, solution: Solution, *, horizon: int, leaves: int = LEAVES, **data: Any) -> Self:
+        """The result for the gains of a solution: both ends of the worst-case gain over every sequence."""
+        plant, periods = data["plant"], data["periods"]
+        with threadpool_limits(1, user_api="blas"):
+            filter_, guarantee, more = cls.proved(solution, plant, periods, leaves)
+            attack, upper = worst_sequence(plant, filter_, periods, horizon=horizon), guarantee.level
+            lower, levels = beside(plant, filter_, periods, (attack.level, upper), horizon=horizon)
         what, how = f"runs {attack.runs} of h_u, h_l", f"disturbance over {len(attack.periods)} samples"
         if lower > attack.level:  # constant periods are worse in the long run
             what, how = "a constant period", "exact gain over all time"
@@ -149,18 +142,20 @@ class SequenceResult(Design):
             *solution.evidence,
             Evidence("lower end attained by", what, how),
             Evidence(
-                "upper end proved by", f"{matrices} Lyapunov matrices", "certificate for the continuum of periods"
+                "upper end proved by",
+                f"{guarantee.leaves} Lyapunov matrices",
+                "certificate for the continuum of periods",
             ),
             *more,
             Evidence("sampling periods", f"{periods.h_l:g} to {periods.h_u:g}", "as given", "s"),
         ]
+        data |= {"filter": filter_, "gain": WorstCaseGain(attack, guarantee)}
         bracket = Bracket(lower, upper, BOTH_ENDS)
         return cls(bracket=bracket, gains=FrozenArrays(solution.gains), evidence=(*facts, *levels), **data)
 
     def error_system(self) -> PeriodicSystem:
         """At the middle of the range, as a constant period."""
-        h = self.periods.middle
-        return PeriodicSystem((error_system(self.plant, self.filter.at(h), h),))
+        return error_system(self.plant, self.filter, [self.periods.middle])
 
     def phases(self) -> Recursion:
         """At the middle of the range, as a constant period."""
@@ -187,7 +182,6 @@ class NonuniformResult(SequenceResult):
     method: str = "nonuniform"
     axes: Mapping[str, str] = field(default_factory=AXES.copy)
     filter: Filter
-    gain: WorstCaseGain
 
     @classmethod
     def solve(cls, plant: SampledPlant, periods: PeriodRange, goal: str) -> Solution:
@@ -200,7 +194,7 @@ class NonuniformResult(SequenceResult):
             return Solution(gains_of(nominal.filter), (Evidence("level of the design", nominal.level, how),))
         balanced = balancing(plant)
         robust = robust_design(plant.in_coordinates(balanced), periods)
-        design, report = robust.design, robust.design.report
+        design, filter_, report = robust.design, robust.design.filter, robust.design.report
         delta = float(design.variables.delta)
         if delta <= report.residuals["gap"] * (1 + delta):
             raise InfeasibleError(
@@ -218,19 +212,17 @@ class NonuniformResult(SequenceResult):
             ),
             Evidence("solver", f"{report.name} {report.version}: {report.status}", "its own word"),
         )
-        return Solution(gains_of(design.filter.in_units(np.diag(balanced))), facts)
+        return Solution(gains_of(filter_.in_units(np.diag(balanced))), facts)
 
     @classmethod
-    def worst(cls, solution: Solution, *, horizon: int, leaves: int = LEAVES, **data: Any) -> Self:
-        """With as many Lyapunov matrices as `leaves`."""
-        plant, periods, filter_ = data["plant"], data["periods"], Filter(*solution.gains.values())
-        with threadpool_limits(1, user_api="blas"), searched(horizon):
-            gain = worst_case_gain(plant, filter_, periods, horizon=horizon, final_horizon=horizon, max_leaves=leaves)
-            radius = Evidence(
-                "spectral radius of A_f", filter_.spectral_radius(), "stable for every sequence iff below one"
-            )
-            data |= {"filter": filter_, "gain": gain}
-            return cls.bracketed(solution, gain.upper, gain.guarantee.leaves, [radius], horizon=horizon, **data)
+    def proved(
+        cls, solution: Solution, plant: SampledPlant, periods: PeriodRange, leaves: int
+    ) -> tuple[Filter, Guarantee, Sequence[Evidence]]:
+        """With the spectral radius of A_f."""
+        filter_ = Filter(*solution.gains.values())
+        guarantee = guaranteed_level(plant, filter_, periods, max_leaves=leaves)
+        how = "stable for every sequence iff below one"
+        return filter_, guarantee, [Evidence("spectral radius of A_f", filter_.spectral_radius(), how)]
 
     def constant(self, h: float) -> Filter:
         """The filter itself."""
@@ -267,13 +259,12 @@ class StampedResult(SequenceResult):
     axes: Mapping[str, str] = field(default_factory=STAMPED_AXES.copy)
     filter: StampedFilter
     known: Array
-    gain: StampedGain
 
     @classmethod
     def solve(cls, plant: SampledPlant, periods: PeriodRange, cells: int) -> Solution:
         """The filter of least level, or that of gain zero where the level of no sensor is less; with its proof."""
-        least, proof = proved_design(plant, periods, cells=cells)
-        filter_, report = least.filter, least.report
+        least, guarantee = proved_design(plant, periods, cells=cells)
+        filter_, report = least.filter, guarantee.report
         how = "Lyapunov functions by the period before, gain free in the periods"
         facts = (
             Evidence("level of the design", least.level, how),
@@ -281,28 +272,27 @@ class StampedResult(SequenceResult):
             Evidence("solver", f"{report.name} {report.version}: {report.status}", "its own word"),
         )
         without = zero_at_constant_periods(plant, periods.nodes(3).tolist())
-        if without is not None and proof.level > without:
+        if without is not None and guarantee.level > without:
             zero = zero_filter(plant)
             still = guaranteed_level(plant, zero, periods, max_leaves=LEAVES)
-            if still.level <= proof.level:
-                before = tuple(map(tuple, still.tree.before()))
-                storage = still.system.storage(still.P)
-                filter_, proof = zero, StampedProof(still.level, storage, still.edges, before)
+            if still.level <= guarantee.level:
+                filter_, guarantee = zero, still
         n, edges = plant.order, np.array([periods.h_l, *filter_.edges, periods.h_u])
         gains = {"G_x": filter_.G[:, :n], "G_w": filter_.G[:, n:], "edges": edges}
-        return Solution(gains, facts, {"filter": filter_, "proof": proof})
+        return Solution(gains, facts, {"filter": filter_, "guarantee": guarantee})
 
     @classmethod
-    def worst(cls, solution: Solution, *, horizon: int, **data: Any) -> Self:
-        """With a floor of any filter."""
-        plant, periods, filter_, proof = data["plant"], data["periods"], solution.own["filter"], solution.own["proof"]
-        with searched(horizon):
-            data |= {"filter": filter_}
-            data["gain"] = StampedGain(worst_sequence(plant, filter_, periods, horizon=horizon), proof)
-            floor = floor_of_any_filter(plant, periods, proof.level)
-            how = "Riccati recursion, the worst constant period"
-            more = [] if floor is None else [Evidence("least level of any filter", floor, how)]
-            return cls.bracketed(solution, proof.level, len(proof.storage), more, horizon=horizon, **data)
+    def proved(
+        cls, solution: Solution, plant: SampledPlant, periods: PeriodRange, leaves: int
+    ) -> tuple[StampedFilter, Guarantee, Sequence[Evidence]]:
+        """What `solve` proved, with a floor of any filter."""
+        guarantee = solution.own["guarantee"]
+        floor, how = (
+            floor_of_any_filter(plant, periods, guarantee.level),
+            "Riccati recursion, the worst constant period",
+        )
+        more = [] if floor is None else [Evidence("least level of any filter", floor, how)]
+        return solution.own["filter"], guarantee, more
 
     def constant(self, h: float) -> Filter:
         """x^(k+1) = Phi(h) x^(k) + K (y(k) - C x^(k)) with the gain after that period."""

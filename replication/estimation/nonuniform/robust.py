@@ -44,28 +44,6 @@ class LmiVariables:
 
 
 @dataclass(frozen=True)
-class LmiSolution:
-    """level: gamma of the LMI; variables: in the normalised coordinates of `Normalised`.
-
-    periods: the grid; weights: trace of the dual of each period's inequality, 0 if it could be left out;
-    report: what the solver said.
-    """
-
-    level: float
-    variables: LmiVariables
-    periods: tuple[float, ...]
-    weights: tuple[float, ...]
-    report: program.SolverReport
-
-
-@dataclass(frozen=True)
-class FilterDesign(LmiSolution):
-    """A solution of the LMI with the filter that (11) recovers from it."""
-
-    filter: Filter
-
-
-@dataclass(frozen=True)
 class Normalised:
     """`plant` with state T x, outputs y / sensor (r,) and z / scale: its unknowns are of the order of one."""
 
@@ -78,6 +56,30 @@ class Normalised:
         """The filter for the original plant; its state estimates the original state."""
         inverse = np.linalg.inv(self.T)
         return Filter(inverse @ filter_.A @ self.T, inverse @ filter_.B / self.sensor, self.scale * filter_.C @ self.T)
+
+
+@dataclass(frozen=True)
+class LmiSolution:
+    """variables: of (10), in the coordinates of `normalised`; report: what the solver said.
+
+    periods: the grid; weights: trace of the dual of each period's inequality, 0 if it could be left out.
+    """
+
+    normalised: Normalised
+    variables: LmiVariables
+    periods: tuple[float, ...]
+    weights: tuple[float, ...]
+    report: program.SolverReport
+
+    @property
+    def level(self) -> float:
+        """gamma of the LMI."""
+        return self.normalised.scale * float(np.sqrt(max(float(self.variables.delta), 0.0)))
+
+    @property
+    def filter(self) -> Filter:
+        """By (11), for the original plant; raises SolverError as `recover` does."""
+        return self.normalised.restore(recover(self.variables))
 
 
 def normalise(plant: SampledPlant, h: float) -> Normalised:
@@ -169,7 +171,7 @@ def recover(v: LmiVariables) -> Filter:
 
 def design_for_periods(
     plant: SampledPlant, periods: Sequence[float], *, at: Normalised | None = None, solver: Solver = Solver.CLARABEL
-) -> FilterDesign:
+) -> LmiSolution:
     """Step 2 of Algorithm 1: minimise delta = gamma^2 subject to (10) at all `periods` (seconds).
 
     The guarantee of the LMI is for these periods only. The status is in the report; evaluate the filter with
@@ -178,16 +180,6 @@ def design_for_periods(
     """
     grid = as_periods("periods", periods).tolist()
     normalised = at or normalise(plant, float(np.mean(grid)))
-    return with_filter(normalised, solve_for_periods(normalised, grid, solver=solver))
-
-
-def with_filter(normalised: Normalised, solution: LmiSolution) -> FilterDesign:
-    """The solution with its filter for the original plant; raises SolverError as `recover` does."""
-    return FilterDesign(**vars(solution), filter=normalised.restore(recover(solution.variables)))
-
-
-def solve_for_periods(normalised: Normalised, grid: Sequence[float], *, solver: Solver) -> LmiSolution:
-    """The same without the filter, which a solution on the way to another one need not have."""
     basis = variable_basis(normalised.plant)
     group = inequalities(normalised.plant, grid, basis)
     cost = np.zeros(group.coefficients.shape[1])
@@ -197,10 +189,8 @@ def solve_for_periods(normalised: Normalised, grid: Sequence[float], *, solver: 
     else:
         solution = program.solve_clarabel(program.program_under(cost, group), accept=program.ALMOST)
         x, duals, report = solution.multipliers, np.array(solution.blocks), solution.report
-    variables = combine(basis, x)
-    level = normalised.scale * float(np.sqrt(max(float(variables.delta), 0.0)))
     weights = np.trace(duals, axis1=1, axis2=2)
-    return LmiSolution(level, variables, tuple(grid), tuple(weights.tolist()), report)
+    return LmiSolution(normalised, combine(basis, x), tuple(grid), tuple(weights.tolist()), report)
 
 
 SCAN = 257
@@ -233,7 +223,7 @@ class RobustDesign:
     with one Lyapunov function, by this violation; see `shortfall`.
     """
 
-    design: FilterDesign
+    design: LmiSolution
     rounds: int
     violation: float
     shortfall: float
@@ -319,24 +309,24 @@ def robust_design(plant: SampledPlant, periods: PeriodRange, *, max_rounds: int 
     normalised = normalise(plant, periods.middle)
     candidates, transitions = scan(normalised.plant, periods)
     working, reached = sorted({periods.h_l, periods.middle, periods.h_u}), 0.0
-    satisfied: list[tuple[LmiSolution, int, float, float]] = []
+    satisfied: list[RobustDesign] = []
     for round_ in range(1, limit + 1):
         try:
-            solution = solve_for_periods(normalised, working, solver=Solver.SDPA)
+            solution = design_for_periods(plant, working, at=normalised, solver=Solver.SDPA)
         except SolverError:
             if not satisfied:
                 raise
             # The last periods were to make it more accurate only; its shortfall says how accurate it is without them.
-            return RobustDesign(with_filter(normalised, satisfied[-1][0]), *satisfied[-1][1:])
+            return satisfied[-1]
         left = partial(largest_eigenvalues, normalised.plant, solution.variables)
         peaks = worst_periods(normalised.plant, left, candidates, transitions)
         violation, owed = peaks[0][0], shortfall(solution, peaks)
         if violation <= VIOLATION:
-            satisfied.append((solution, round_, violation, owed))
+            satisfied.append(RobustDesign(solution, round_, violation, owed))
         enough = owed <= NEGLIGIBLE or len(satisfied) > POLISHING or round_ == limit
         new = [h for value, h in peaks if value > (VIOLATION if enough else FLOOR) and h not in working]
         if not new:
-            return RobustDesign(with_filter(normalised, solution), round_, violation, owed)
+            return RobustDesign(solution, round_, violation, owed)
         if solution.level > reached * (1 + PROGRESS):
             working = sorted({*(grid := condensed(solution, periods)), halfway(grid, new[0], periods)})
         else:
@@ -345,15 +335,14 @@ def robust_design(plant: SampledPlant, periods: PeriodRange, *, max_rounds: int 
     raise SolverError(
         f"the exchange method added periods for {limit} rounds, violation {peaks[0][0]:.3g} is left at "
         f"h = {peaks[0][1]:.6g} s and the level {solution.level:.9g} holds on the last grid only; "
-        f"{_certified(plant, normalised, solution, periods)}; raise `max_rounds`, or narrow the range"
+        f"{_certified(plant, solution, periods)}; raise `max_rounds`, or narrow the range"
     )
 
 
-def _certified(plant: SampledPlant, normalised: Normalised, solution: LmiSolution, periods: PeriodRange) -> str:
+def _certified(plant: SampledPlant, solution: LmiSolution, periods: PeriodRange) -> str:
     """What is proved of a filter whose design did not end, for the message that says so."""
     try:
-        filter_ = with_filter(normalised, solution).filter
-        level = guaranteed_level(plant, filter_, periods, max_leaves=1).level
+        level = guaranteed_level(plant, solution.filter, periods, max_leaves=1).level
     except ReplicationError as error:
         return f"its filter has no certificate either ({error})"
     return f"its filter is guaranteed {level:.9g} over the whole range"

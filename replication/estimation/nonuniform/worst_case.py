@@ -7,8 +7,7 @@ again, as long as that pays. What a level is worth is told by that of no sensor 
 estimators at constant periods.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 
@@ -39,7 +38,7 @@ def sequence_gain(
 
     It is the largest singular value of the map from w_0 ... w_{K-1} to e_1 ... e_K. Where durations count, those of e_k
     and w_k are h_k (of the last error the last period). Raises InvalidInputError for fewer than two periods, periods
-    that are not positive, or a filter that does not fit.
+    that are not positive, or a filter that does not fit, SolverError if Lanczos' method does not settle.
     """
     periods = as_periods("periods", periods)
     if len(periods) < 2:
@@ -55,10 +54,13 @@ def sequence_gain(
     try:
         most = RESTARTS if count <= DENSE else None
         _, largest = scipy.sparse.linalg.eigsh(operator, 1, which="LM", v0=guess, tol=tolerance, rng=rng, maxiter=most)
-    except scipy.sparse.linalg.ArpackNoConvergence:
+    except scipy.sparse.linalg.ArpackNoConvergence as error:
         # The largest values lie too close together for Lanczos.
         if count > DENSE:
-            raise
+            raise SolverError(
+                f"no worst disturbance over {len(periods)} samples was found ({error}): many hurt alike; change "
+                "`horizon`, or widen the range of sampling periods"
+            ) from error
         largest = np.linalg.svd(np.array([blocks.forward(unit).ravel() for unit in np.eye(numbers)])).U
     w = largest[:, 0] / np.linalg.norm(largest[:, 0])
     return float(np.linalg.norm(blocks.forward(w))), np.asarray(w[:count].reshape(len(periods), -1) / root)
@@ -395,15 +397,3 @@ def floor_of_any_filter(plant: SampledPlant, periods: PeriodRange, level: float)
             continue
         floors.append(low)
     return max(floors, default=None)
-
-
-@contextmanager
-def searched(horizon: int) -> Iterator[None]:
-    """Tell what to change where no worst disturbance over `horizon` samples is found."""
-    try:
-        yield
-    except scipy.sparse.linalg.ArpackNoConvergence as error:
-        raise SolverError(
-            f"no worst disturbance over {horizon} samples was found ({error}): many hurt alike; change `horizon`, or "
-            "widen the range of sampling periods"
-        ) from error

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from typing import Any
+from unittest.mock import Mock
 
 import control
 import numpy as np
@@ -10,7 +11,7 @@ from scipy.sparse.linalg import ArpackNoConvergence
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation import delay, dualrate, multirate, nonuniform
-from replication.estimation.nonuniform import result as results
+from replication.estimation.nonuniform import worst_case
 from tests.estimation.api.api_cases import CART, CARTS, CASES, PIPE, SERVO, SPRING, TANKS, TIMES, WAVES, result_of
 
 SAME = 1e-9
@@ -200,10 +201,9 @@ def test_measurements_that_reveal_the_disturbance_are_named() -> None:
 
 
 def test_a_search_that_does_not_settle_is_a_clear_error(monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(*_: Any, **__: Any) -> None:
-        raise ArpackNoConvergence("no convergence", [], [])
-
-    monkeypatch.setattr(results, "worst_case_gain", fail)
+    monkeypatch.setattr(worst_case, "DENSE", 0)
+    lost = Mock(side_effect=ArpackNoConvergence("no convergence", [], []))
+    monkeypatch.setattr(worst_case.scipy.sparse.linalg, "eigsh", lost)
     with pytest.raises(SolverError, match=r"no worst disturbance over 50 samples .* change `horizon`"):
         nonuniform.design(SPRING, periods=(0.1, 0.1), measured=1, leaves=1, horizon=50)
 

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from flint import fmpq
 
+from papers.mustafa.certificates import make as optimal
 from papers.peet2019.method import open_loop_gain
 from replication.certify import exact, nonuniform, rational
 from replication.certify.delay import levels as delay
@@ -132,3 +133,7 @@ def test_levels_below_the_gain_have_no_storage() -> None:
     gain = periodic_gain(system, nonuniform.filter_of(PLANT["filter"]), [1 / 20]).lower
     with pytest.raises(SolverError, match="too low; raise it"):
         storage_matrix(PLANT, PLANT["filter"], "h_l", fmpq(*(gain * 0.999).as_integer_ratio()))
+
+
+def test_a_storage_of_eigenvalues_that_doubles_do_not_see_is_found_on_every_processor() -> None:
+    assert check(made := optimal("nominal-2-upper")).upper == rational(made["bound"]["upper"])

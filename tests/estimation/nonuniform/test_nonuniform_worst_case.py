@@ -214,7 +214,7 @@ def test_many_states_get_a_certificate(n, seed):
     plant, periods = random_plant(np.random.default_rng(seed), n, 1), PeriodRange(0.1, 2.0)
     subject = some_filter(plant, periods.middle)
     found = guaranteed_level(plant, subject, periods, max_leaves=1)
-    assert found.P.shape == (1, 2 * n, 2 * n)
+    assert found.storage.shape == (1, 2 * n, 2 * n)
     constant = max(periodic_gain(plant, subject, [float(h)]).value for h in periods.nodes(9))
     assert constant < found.level < 10 * constant
 
@@ -252,7 +252,7 @@ def test_a_search_of_more_runs_finds_worse_sequences():
 @pytest.mark.parametrize("h", [0.1, 0.4])
 def test_the_level_of_a_narrow_range_is_hardly_above_that_of_its_period(h: float) -> None:
     design, proof = proved_design(OSCILLATOR, PeriodRange(h, h * (1 + 1e-6)))
-    attained = periodic_gain(OSCILLATOR, design.filter.at(h), [h]).lower
+    attained = periodic_gain(OSCILLATOR, design.filter, [h]).lower
     assert attained <= proof.level <= design.level * (1 + LOOSE) * (1 + 1e-6)
 
 

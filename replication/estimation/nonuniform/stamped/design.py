@@ -20,7 +20,7 @@ Apkarian, Int. J. Robust Nonlinear Control 4 (1994)). The unknowns are X_c and g
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from typing import Self
@@ -32,8 +32,14 @@ from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.conic import program
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.nonuniform.filters import Estimator
-from replication.estimation.nonuniform.guarantee import UNPROVED, cell_needs
-from replication.estimation.nonuniform.path_lyapunov import ROUGH, ErrorSystem, storage_inequalities
+from replication.estimation.nonuniform.guarantee import UNPROVED, Guarantee, cell_needs
+from replication.estimation.nonuniform.path_lyapunov import (
+    ROUGH,
+    ErrorSystem,
+    Storage,
+    least_storage,
+    storage_inequalities,
+)
 from replication.estimation.nonuniform.plant import PeriodRange, SampledPlant, balancing
 from replication.estimation.nonuniform.robust import VIOLATION, scan, worst_periods
 from replication.estimation.validation import Array, at_most
@@ -66,10 +72,6 @@ class StampedFilter(Estimator):
     def gain(self, h: float | None) -> Array:
         """G (n + m, r) after the period h; at the first sample, which has none before it, that of the longest."""
         return np.asarray(self.G[-1 if h is None else np.searchsorted(self.edges, h, side="right")])
-
-    def at(self, h: float) -> Self:
-        """One cell."""
-        return type(self)(self.gain(h)[None])
 
     def error_output(self, plant: SampledPlant) -> Array:
         """L."""
@@ -171,24 +173,15 @@ COORDINATES = 2
 
 
 @dataclass(frozen=True, eq=False)
-class Storage:
-    """X (cells, n, n), by the cell of the period before, and the squared level delta."""
-
-    X: Array
-    delta: float
-
-
-@dataclass(frozen=True, eq=False)
 class StampedDesign:
-    """level: least one; filter: attains it; storage: its Lyapunov functions; edges (cells + 1,): of the cells, s;
-    violation: largest left over the range; report: what the solver said of the last."""
+    """level: least one; filter: attains it; storage: its Lyapunov functions X, by the cell of the period before; edges
+    (cells + 1,): of the cells, s; violation: largest left over the range."""
 
     level: float
     filter: StampedFilter
     storage: Storage
     edges: tuple[float, ...]
     violation: float
-    report: program.SolverReport
 
 
 def stamped_design(
@@ -204,19 +197,19 @@ def stamped_design(
     for _ in range(COORDINATES):
         moved = plant.in_coordinates(T)
         scaled = type(plant)(moved.A, moved.B, moved.C, moved.D, moved.L / scale)
-        inner, violation, report = _exchanged(scaled, edges, slack)
+        inner, violation = _exchanged(scaled, edges, slack)
         if inner.delta <= ZERO:
             raise InfeasibleError(NO_LEVEL)
         filter_ = central(scaled, inner, edges).in_coordinates(np.asarray(np.linalg.inv(T)))
         level = scale * float(np.sqrt(inner.delta))
-        storage = Storage(scale**2 * T.T @ inner.X @ T, level**2)
-        T, scale = np.linalg.cholesky(np.mean(storage.X, axis=0) / storage.delta).T, level
-    return StampedDesign(level, filter_, storage, tuple(edges.tolist()), violation, report)
+        storage = replace(inner, delta=level**2, P=scale**2 * T.T @ inner.P @ T)
+        T, scale = np.linalg.cholesky(np.mean(storage.P, axis=0) / storage.delta).T, level
+    return StampedDesign(level, filter_, storage, tuple(edges.tolist()), violation)
 
 
 def central(plant: SampledPlant, storage: Storage, edges: Array) -> StampedFilter:
     """G = [QC'; D'] (CQC' + DD')^-1 with Q = (P^-1 - L'L / gamma^2)^-1 and P = gamma^2 X^-1, just above the level."""
-    left = symmetric(storage.X - plant.L.T @ plant.L) + MARGIN * storage.X
+    left = symmetric(storage.P - plant.L.T @ plant.L) + MARGIN * storage.P
     gains = [innovations_filter(plant, storage.delta * inverse).G[0] for inverse in np.linalg.inv(left)]
     return StampedFilter(np.array(gains), tuple(edges[1:-1].tolist()))
 
@@ -226,15 +219,15 @@ def violations(plant: SampledPlant, kernel: Array, storage: Storage, cell: int, 
     the worst cell."""
     n, m = plant.B.shape
     steps = transitions[:, :n] @ kernel
-    after = np.swapaxes(steps, 1, 2) @ storage.X[cell] @ steps
-    supplied = np.zeros((len(storage.X), n + m, n + m))
-    supplied[:, :n, :n] = storage.X - plant.L.T @ plant.L
+    after = np.swapaxes(steps, 1, 2) @ storage.P[cell] @ steps
+    supplied = np.zeros((len(storage.P), n + m, n + m))
+    supplied[:, :n, :n] = storage.P - plant.L.T @ plant.L
     supplied[:, n:, n:] = storage.delta * np.eye(m)
     left = (kernel.T @ supplied @ kernel)[:, None] - after
     return np.asarray(-np.linalg.eigvalsh(left)[:, :, 0].min(axis=0))
 
 
-def _exchanged(plant: SampledPlant, edges: Array, slack: float) -> tuple[Storage, float, program.SolverReport]:
+def _exchanged(plant: SampledPlant, edges: Array, slack: float) -> tuple[Storage, float]:
     """The least level at a few periods of each cell, until no other one violates it."""
     kernel = scipy.linalg.null_space(np.hstack([plant.C, plant.D]))
     if kernel.shape[1] == 0:
@@ -242,7 +235,7 @@ def _exchanged(plant: SampledPlant, edges: Array, slack: float) -> tuple[Storage
     scans = [scan(plant, PeriodRange(*ends)) for ends in pairwise(edges)]
     working = [sorted({a, (a + b) / 2, b}) for a, b in pairwise(edges.tolist())]
     for _ in range(MAX_ROUNDS):
-        storage, report = _least(plant, kernel, working, slack)
+        storage = _least(plant, kernel, working, slack)
         worst, added = -np.inf, False
         for cell, (candidates, transitions) in enumerate(scans):
             missed = partial(violations, plant, kernel, storage, cell)
@@ -251,16 +244,14 @@ def _exchanged(plant: SampledPlant, edges: Array, slack: float) -> tuple[Storage
             working[cell] = sorted({*working[cell], *new})
             worst, added = max(worst, peaks[0][0]), added or bool(new)
         if not added:
-            return storage, worst, report
+            return storage, worst
     raise SolverError(
         f"the exchange method added periods for {MAX_ROUNDS} rounds, a violation of {worst:.3g} is left; narrow the "
         "range"
     )
 
 
-def _least(
-    plant: SampledPlant, kernel: Array, working: list[list[float]], slack: float
-) -> tuple[Storage, program.SolverReport]:
+def _least(plant: SampledPlant, kernel: Array, working: list[list[float]], slack: float) -> Storage:
     """Minimise delta over X and delta at the periods `working` of each cell."""
     n = plant.order
     basis = program.symmetric_basis(n)
@@ -280,13 +271,8 @@ def _least(
         ),
         program.Inequalities(np.zeros((1, 1, 1)), np.ones((1, 1, 1, 1)), np.zeros((1, 1), dtype=np.intp)),
     )
-    cost = np.zeros(1 + columns.size)
-    cost[0] = 1.0
     # What the solver says is not believed: the exchange and the proof look at the point itself.
-    solution = program.solve_clarabel(program.program_under(cost, *groups), accept=ROUGH)
-    x = solution.multipliers
-    X = np.einsum("cl,lab->cab", x[1:].reshape(cells, terms), basis)
-    return Storage(X, float(x[0])), solution.report
+    return least_storage(basis, cells, *groups, accept=ROUGH)[0]
 
 
 def _coordinates(plant: SampledPlant, h: float) -> tuple[Array, float]:
@@ -317,19 +303,7 @@ LOOSE = 1e-3
 """Relative distance of the proved level from that of the design above which pieces of a cell are halved."""
 
 
-@dataclass(frozen=True, eq=False)
-class StampedProof:
-    """level: no sequence exceeds it; storage (gains x states, n, n): e'X e for each gain of the filter and state of an
-    automaton that reads the periods from the last one on; edges of its cells, s; before: for each state and cell the
-    state before it."""
-
-    level: float
-    storage: Array
-    edges: tuple[float, ...]
-    before: tuple[tuple[int, ...], ...]
-
-
-def prove(plant: SampledPlant, design: StampedDesign) -> StampedProof:
+def prove(plant: SampledPlant, design: StampedDesign) -> Guarantee:
     """The level that the storage of a design proves, whatever solver it came from.
 
     For all cells c and d: |e|^2 + e+' X_d e+ <= e' X_c e + level^2 |w|^2 over d, in coordinates in which X_c is the
@@ -338,7 +312,7 @@ def prove(plant: SampledPlant, design: StampedDesign) -> StampedProof:
     # The hulls are measured in the plant's coordinates.
     balanced = balancing(plant)
     units, plant, filter_ = np.diag(balanced), plant.in_coordinates(balanced), design.filter.in_coordinates(balanced)
-    X, worst = design.storage.X / np.outer(units, units) / design.storage.delta, 0.0
+    X, worst = design.storage.P / np.outer(units, units) / design.storage.delta, 0.0
     for before, G in zip(X, filter_.G, strict=True):
         T = np.linalg.cholesky(before).T
         inverse = np.linalg.inv(T)
@@ -353,12 +327,10 @@ def prove(plant: SampledPlant, design: StampedDesign) -> StampedProof:
             " narrow the range of sampling periods"
         )
     level = design.level * float(np.sqrt(worst * (1 + 1e-9)))
-    return StampedProof(level, design.storage.X, design.edges, ((0,) * len(X),))
+    return Guarantee(level, design.storage.P, design.edges, [[0] * len(X)], design.storage.report)
 
 
-def proved_design(
-    plant: SampledPlant, periods: PeriodRange, *, cells: int = CELLS
-) -> tuple[StampedDesign, StampedProof]:
+def proved_design(plant: SampledPlant, periods: PeriodRange, *, cells: int = CELLS) -> tuple[StampedDesign, Guarantee]:
     """The design with the least slack that proves a level; errors as `stamped_design` and `prove`."""
     design = stamped_design(plant, periods, cells=cells)
     try:
