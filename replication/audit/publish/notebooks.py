@@ -1,7 +1,6 @@
 """The tutorial notebooks: executed, then written as pages that load nothing."""
 
 import importlib
-import json
 import re
 import tempfile
 from collections.abc import Iterable, Iterator, Sequence
@@ -13,13 +12,12 @@ from markupsafe import Markup
 
 from replication.audit.project import read_settings
 from replication.audit.report.templates import environment, set_inline, source
+from replication.audit.store.cache import Cache, Dependencies, Entry
 from replication.audit.store.provenance import LOCK
 from replication.errors import AuditError, one_of
 from replication.files import sha256, write_atomically
 
 FOLDER, CACHE = "docs/notebooks", ".cache/notebooks"
-KEY = "made_from"
-"""Entry of a kept notebook: the checksum of all that it was made from."""
 SECONDS = 600
 """What one cell may take."""
 
@@ -50,24 +48,14 @@ def executed(paths: Iterable[Path], root: Path) -> Iterator[tuple[str, Any, bool
 
     Each with its name, and whether it had to be executed.
     """
-    sources = _sources(root)
+    cache, sources = Cache(root / CACHE), _sources(root)
     for path in paths:
-        key = sha256(sources + path.read_bytes())
-        copy = root / CACHE / path.name
-        fresh = _key(copy) != key
-        if fresh:
-            notebook = execute(path, root)
-            notebook.metadata[KEY] = key
-            write_atomically(copy, _needed("nbformat").writes(notebook).encode())
-        yield path.stem, _needed("nbformat").read(copy, as_version=4), fresh
-
-
-def _key(path: Path) -> str:
-    """What a kept notebook was made from; empty for none, or for what is not whole."""
-    try:
-        return str(json.loads(path.read_bytes())["metadata"].get(KEY, ""))
-    except (FileNotFoundError, ValueError, LookupError, TypeError, AttributeError):
-        return ""
+        needed = Dependencies(sources=sources, function=__name__, inputs=path.read_text(encoding="utf-8"))
+        kept = cache.lookup(path.stem, needed).entry
+        entry = kept or Entry(dependencies=needed, seconds=0.0, solvers=(), result=execute(path, root))
+        if kept is None:
+            cache.store(path.stem, entry)
+        yield path.stem, _needed("nbformat").from_dict(entry.result), kept is None
 
 
 def execute(path: Path, root: Path) -> Any:
@@ -130,9 +118,9 @@ def _drawing_lines(notebook: Any) -> Iterator[str]:
                 yield cell.source.splitlines()[-1]
 
 
-def _sources(root: Path) -> bytes:
+def _sources(root: Path) -> dict[str, str]:
     """What a notebook may depend on: the lock, all Python files of package and papers, and what the papers print."""
     papers = read_settings(root).papers
     folders = (("replication", "*.py"), (papers, "*.py"), (papers, "*.toml"))
     files = [root / LOCK, *(path for name, kind in folders for path in sorted((root / name).rglob(kind)))]
-    return "".join(map(sha256, files)).encode()
+    return {path.relative_to(root).as_posix(): sha256(path) for path in files}
