@@ -14,7 +14,7 @@ from replication.audit.judge.policies import once
 from replication.audit.judge.printed import Printed
 from replication.audit.model import CORRECTED, DISAGREES, HOLDS, Kind, Policy, StatedClaim, Verdict
 from replication.audit.report.entries import EntryView, side_by_side
-from replication.audit.store.records import ClaimRecord, ResultsFile
+from replication.audit.store.records import ClaimRecord
 from replication.errors import AuditError
 
 _NAMED = {
@@ -78,12 +78,6 @@ def standing(claims: Iterable[ClaimRecord]) -> Standing:
         failing=sum(claim.verdict in DISAGREES for claim in records),
         claims=len(records),
     )
-
-
-def standings(results: ResultsFile) -> dict[str, Standing]:
-    """How each paper stands, by its key, in the one order in which papers are shown."""
-    entries = {p.key: standing(claim for claim in results.claims if claim.paper == p.key) for p in results.papers}
-    return dict(sorted(entries.items(), key=lambda item: item[1].rank))
 
 
 def consequence(claim: StatedClaim) -> Consequence:

@@ -30,13 +30,13 @@ from typing import Any
 import msgspec
 from markupsafe import Markup
 
-from replication.audit.brief import Brief
+from replication.audit.brief import Brief, Consequence
 from replication.audit.inspect.headline import GROUPS, headline, plain
 from replication.audit.judge import numerals
 from replication.audit.publish.linked_data import filled
-from replication.audit.report.claim import MEANING, standings, targets
+from replication.audit.report.claim import MEANING, targets
 from replication.audit.report.evidence import checks, drawings, packed, played
-from replication.audit.report.opening import field, rows
+from replication.audit.report.opening import rows
 from replication.audit.report.paper import PaperView, paper_view
 from replication.audit.report.sections import across, chart, sections
 from replication.audit.report.templates import environment, source, style_sheet, terms
@@ -78,10 +78,10 @@ def shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
     results = msgspec.convert(msgspec.to_builtins(results, order="deterministic"), ResultsFile)
     _require_known(results)
     read = targets(results.claims)
-    order = list(standings(results))
-    records = sorted(results.papers, key=lambda paper: order.index(paper.key))
-    papers = [paper_view(paper, results, figures, read) for paper in records]
-    summaries, drawn = dict.fromkeys(order, None) | briefs(results), field(papers)
+    views = [paper_view(paper, results, figures, read) for paper in results.papers]
+    papers = sorted(views, key=lambda paper: paper.standing.rank)
+    summaries = dict.fromkeys(paper.record.key for paper in papers) | briefs(results)
+    filled_cells = {cell.consequence for paper in papers for cell in paper.cells if cell.marks or cell.timed}
     return {
         "results": results,
         "run": results.run,
@@ -90,8 +90,8 @@ def shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
         "claims_by_id": {view.record.id: view for paper in papers for view in paper.claims},
         "certificates_by_path": {certificate.path: certificate for certificate in results.certificates},
         "headline": headline(results),
-        "field": drawn,
-        "rows": rows(drawn.lanes, summaries, figures),
+        "columns": [kind for kind in Consequence if kind in filled_cells],
+        "rows": rows(papers, summaries, figures),
         "costs": chart(across(results)),
         "groups": GROUPS,
         "plain": plain,
