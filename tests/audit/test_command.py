@@ -15,7 +15,7 @@ from tables import rows
 from replication.audit.declare import command
 from replication.audit.publish.linked_data import Software, filled
 from replication.audit.run.command import execute, held
-from replication.audit.run.tracing import labels, traced
+from replication.audit.run.tracing import noted, traced
 from replication.audit.store.records import read_results
 from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError
@@ -61,9 +61,9 @@ def test_what_a_script_names_outside_counts_or_is_named(
     variables = ["GIVEN"] * ("$GIVEN" in text)
     with traced(root) as trace:
         assert answer(root, ["sh", "fit.sh"], reads=["fit.sh"], variables=variables) == 1
-    assert (str(out / "k.txt") in labels(trace, SourceTree({}), ())) == read
+    assert (str(out / "k.txt") in noted(trace, SourceTree({}), ())[0]) == read
     assert list(trace.untraced) == [f"files in {named.replace('OUT', str(out))}"] * bool(named)
-    assert not {"./work", "./tmp"} & labels(trace, SourceTree({}), ()).keys()
+    assert not {"./work", "./tmp"} & noted(trace, SourceTree({}), ())[0].keys()
 
 
 def test_its_home_is_empty_and_may_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

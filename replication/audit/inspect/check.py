@@ -10,7 +10,6 @@ from typing import Any
 
 import msgspec
 
-import replication
 from replication.audit.judge.policies import same_fact
 from replication.audit.judge.proofs import no_theorem, wanted, with_proofs
 from replication.audit.judge.validate import unused_readings
@@ -21,7 +20,7 @@ from replication.audit.run.draw import checksums
 from replication.audit.run.runner import Outcome, run
 from replication.audit.run.worker import Action, Answer, Task, function_name
 from replication.audit.store.cache import Cache, encode
-from replication.audit.store.provenance import THREADS, Environment, python_minor
+from replication.audit.store.provenance import kernel, python_minor
 from replication.audit.store.records import (
     SCHEMA_VERSION,
     CertificateRecord,
@@ -232,7 +231,7 @@ def differences(results: ResultsFile, again: Outcome, figures: Path) -> Iterator
     yield from _changed("project", results.project, again.results.project)
     if not _here(results, again):
         return
-    yield from _environment(results.run, again.environment)
+    yield from _environment(results.run, again.results.run)
     if results.run.unlocked != again.results.run.unlocked:
         yield Problem("run.unlocked", f"{results.run.unlocked!r} is not what differs from the lock")
     keys = {record.name: record.key for record in results.experiments}
@@ -269,21 +268,16 @@ def unfounded(results: ResultsFile, again: Outcome) -> str:
 def _here(results: ResultsFile, again: Outcome) -> bool:
     """Whether the file was made in this environment: so it says, or one of its keys."""
     keys = {record.key for record in again.results.experiments}
-    return not list(_environment(results.run, again.environment)) or any(row.key in keys for row in results.experiments)
+    return not list(_environment(results.run, again.results.run)) or any(row.key in keys for row in results.experiments)
 
 
-def _environment(run: RunRecord, here: Environment) -> Iterator[Problem]:
+def _environment(run: RunRecord, here: RunRecord) -> Iterator[Problem]:
     """What a run says of its environment and is not so here."""
-    pairs: dict[str, tuple[Any, Any]] = {
-        "package_version": (run.package_version, replication.__version__),
-        "lock_sha256": (run.lock_sha256, here.lock_sha256),
-        "python": (python_minor(run.python), here.python),
-        "packages": (run.packages, here.versions),
-        "blas": (here.kernel in run.blas, True),
-        "threads": (run.threads, THREADS),
-    }
-    for name, (stored, value) in pairs.items():
-        if stored != value:
+    fields = ("package_version", "lock_sha256", "packages", "threads")
+    same = {name: getattr(run, name) == getattr(here, name) for name in fields}
+    same |= {"python": python_minor(run.python) == python_minor(here.python), "blas": kernel() in run.blas}
+    for name, holds in same.items():
+        if not holds:
             yield Problem(f"run.{name}", f"{getattr(run, name)!r} is not of the environment that the keys are of")
 
 

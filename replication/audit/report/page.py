@@ -14,10 +14,8 @@ must stand elsewhere in the results.
 
 import base64
 import bisect
-import csv
 import dataclasses
 import hashlib
-import io
 import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -43,7 +41,7 @@ from replication.audit.report.templates import environment, source, style_sheet,
 from replication.audit.report.told import briefs
 from replication.audit.store.records import FigureRecord, ResultsFile
 from replication.errors import AuditError
-from replication.files import write_atomically, write_directory
+from replication.files import csv_text, write_atomically, write_directory
 
 UNPRINTED = ("scope", "policies", "tolerances", "sensitivity", "lineage", "experiments")
 """Parts and sections that stand on a screen only; the contents of the print edition leave them out."""
@@ -172,8 +170,9 @@ def _files(paper: PaperView, known: Mapping[str, Any]) -> Iterable[tuple[str, st
     key = paper.record.key
     for end, sheet in (("", False), ("-corrections", True)):
         yield f"{key}{end}.html", _page(paper, known, sheet=sheet)
-    yield f"{key}.csv", _table(_CLAIMS, (_claim(view.record) for view in paper.claims))
-    yield f"{key}-corrections.csv", _table(_ERRATA, ([getattr(e, name) for name in _ERRATA] for e in paper.errata))
+    yield f"{key}.csv", csv_text(_CLAIMS, (_claim(view.record) for view in paper.claims))
+    errata = ([getattr(erratum, name) for name in _ERRATA] for erratum in paper.errata)
+    yield f"{key}-corrections.csv", csv_text(_ERRATA, errata)
 
 
 def _page(paper: PaperView, known: Mapping[str, Any], *, sheet: bool) -> str:
@@ -196,14 +195,6 @@ def _claim(record: Any) -> list[object]:
     computed = evidence.value if evidence.value is not None else evidence.holds
     head = [record.id, claim.place, claim.statement, claim.printed, computed, evidence.lower, evidence.upper]
     return [*head, record.verdict, judgement.proved, judgement.reason, evidence.code]
-
-
-def _table(header: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows(["" if cell is None else cell for cell in row] for row in rows)
-    return text.getvalue()
 
 
 NOT_READ = frozenset({"script", "style", "svg", "code", "pre"})

@@ -14,7 +14,7 @@ import msgspec
 
 import replication
 from replication.audit.project import read_settings
-from replication.audit.run.tracing import Trace, labels, state, untraced
+from replication.audit.run.tracing import Trace, noted, state
 from replication.audit.store.cache import Cache, Dependencies, Entry
 from replication.audit.store.provenance import machine
 from replication.audit.store.sources import SourceTree, default_packages
@@ -56,12 +56,13 @@ class Last:
         `tracing.state`.
         """
         tree = SourceTree(default_packages(self._root))
-        if untraced(loading, tree, None) or list(loose) or not self._cache.directory.is_dir():
+        loaded, untraced = noted(loading, tree, None)
+        if untraced or list(loose) or not self._cache.directory.is_dir():
             return
         before, after = self._before.sources, self._needed()
         changed = {path for path, _ in before.items() ^ after.sources.items()}
         if all(any(Path(path).is_relative_to(place) for place in self._written) for path in changed):
-            outside = filter(self._hidden, sorted({*read, *labels(loading, tree, None)}))
+            outside = filter(self._hidden, sorted({*read, *loaded}))
             now = {name: state(name, tree) for name in outside}
             kept = Entry(dependencies=after, data=now, seconds=0.0, solvers=(), result=said)
             self._cache.store(self._name, kept)

@@ -5,7 +5,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -22,7 +22,7 @@ from replication.audit.run.assemble import assemble
 from replication.audit.run.command import execute, held
 from replication.audit.run.draw import Drawings, Drawn
 from replication.audit.run.prove import prove
-from replication.audit.run.tracing import labels, state, traced, untraced
+from replication.audit.run.tracing import noted, state, traced
 from replication.audit.run.worker import Action, Answer, Compute, Step, Task, describe, function_name, processes
 from replication.audit.store.cache import Cache, Dependencies, Entry, Lookup, encode, solvers_in
 from replication.audit.store.provenance import Environment, loaded, plain, read_environment, run_record
@@ -43,8 +43,8 @@ class Outcome:
     results_by_experiment: result by name, without the experiments that failed. results: the file.
     log: what was done about each experiment, in the order of the papers. failures: the errors that no record carries,
     those of findings, sensitivity and common levels. unused: experiments whose results nobody read.
-    environment: that in which it ran. traced: the state of all that was read beside the sources. untraced: what was
-    done that cannot be followed. drawn: each figure, None for one that is out of date.
+    traced: the state of all that was read beside the sources. untraced: what was done that cannot be followed. drawn:
+    each figure, None for one that is out of date.
     """
 
     results_by_experiment: Mapping[str, Any]
@@ -52,7 +52,6 @@ class Outcome:
     log: tuple[Step, ...]
     failures: tuple[str, ...]
     unused: tuple[str, ...]
-    environment: Environment
     traced: Mapping[str, str]
     untraced: tuple[str, ...]
     drawn: Mapping[str, Drawn | None]
@@ -111,20 +110,21 @@ def run(
     declared = set(map(canonical, environment.packages))
     versions = {name: version for task, _ in plans.values() for name, version in task.dependencies.packages.items()}
     imported = {name: version for name, version in plain(versions).items() if canonical(name) not in declared}
-    environment = replace(environment, loaded=imported)
+    record_of_run = run_record(root, environment, imported)
     order = [*(experiment.name for experiment in _all(papers)), *(entry.task for entry in certificates)]
     values = {name: entry.result for name in order if (entry := steps[name].entry) is not None}
     proofs = [record(proof, values.pop(proof.task, None), steps[proof.task].error) for proof in certificates]
     with traced(root) as trace:
-        results, failures, unused = assemble(papers, steps, run_record(root, environment), sources, proofs, unproved)
+        results, failures, unused = assemble(papers, steps, record_of_run, sources, proofs, unproved)
     entries = [step.entry for step in steps.values() if step.entry is not None]
     drawn = [figure for figure in drawings.done.values() if figure is not None]
-    read = {label: now for entry in entries for label, now in entry.data.items()} | labels(trace, sources, ())
+    seen, loose = noted(trace, sources, ())
+    read = {label: now for entry in entries for label, now in entry.data.items()} | seen
     read |= {label: now for figure in drawn for label, now in figure.read.items()}
     folders = (".", *packages)
     elsewhere = [(label, sha) for task, _ in plans.values() for label, sha in task.dependencies.sources.items()]
     read |= {label: sha for label, sha in elsewhere if label.partition("/")[0] not in folders}
-    notes = [entry.untraced for entry in entries] + [plot.untraced for plot in drawn] + [untraced(trace, sources, ())]
+    notes = [entry.untraced for entry in entries] + [plot.untraced for plot in drawn] + [loose]
     figured = tuple(figure.record for figure in drawn)
     return Outcome(
         results_by_experiment=values,
@@ -132,7 +132,6 @@ def run(
         log=tuple(steps[name] for name in order),
         failures=failures,
         unused=unused,
-        environment=environment,
         traced=read,
         untraced=tuple(sorted({words for part in notes for words in part})),
         drawn=drawings.done,
