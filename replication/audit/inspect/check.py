@@ -22,7 +22,6 @@ from replication.audit.run.worker import Action, Answer, Task, function_name
 from replication.audit.store.cache import Cache, encode
 from replication.audit.store.provenance import kernel, python_minor
 from replication.audit.store.records import (
-    SCHEMA_VERSION,
     CertificateRecord,
     ClaimRecord,
     ErratumRecord,
@@ -40,7 +39,6 @@ from replication.files import sha256
 class Cause(StrEnum):
     """What is wrong; a changed verdict and an error are findings of a run, the others faults of the file."""
 
-    SCHEMA = "schema"
     FORGED = "forged"
     CHANGED_VERDICT = "changed verdict"
     ERROR = "error"
@@ -81,10 +79,7 @@ def check(results: ResultsFile, papers: Sequence[Paper] | None, root: Path | Non
 
 
 def _problems(results: ResultsFile) -> Iterator[Problem]:
-    """What the file says of itself: its schema, its names, its verdicts, its errors, its readings."""
-    if results.schema_version != SCHEMA_VERSION:
-        message = f"the file has schema version {results.schema_version}, wanted {SCHEMA_VERSION}; run the audit again"
-        yield Problem("schema_version", message, Cause.SCHEMA)
+    """What the file says of itself: its names, its verdicts, its errors, its readings."""
     for (sort, name), count in Counter(key for key, _ in _stored(results)).items():
         if count > 1:
             yield Problem(name, f"the {sort} stands {count} times in the file", Cause.SET)
@@ -232,8 +227,6 @@ def differences(results: ResultsFile, again: Outcome, figures: Path) -> Iterator
     if not _here(results, again):
         return
     yield from _environment(results.run, again.results.run)
-    if results.run.unlocked != again.results.run.unlocked:
-        yield Problem("run.unlocked", f"{results.run.unlocked!r} is not what differs from the lock")
     keys = {record.name: record.key for record in results.experiments}
     others = [record.name for record in again.results.experiments if keys.get(record.name, record.key) != record.key]
     if others:
@@ -273,7 +266,7 @@ def _here(results: ResultsFile, again: Outcome) -> bool:
 
 def _environment(run: RunRecord, here: RunRecord) -> Iterator[Problem]:
     """What a run says of its environment and is not so here."""
-    fields = ("package_version", "lock_sha256", "packages", "threads")
+    fields = ("package_version", "lock_sha256", "packages", "unlocked", "threads")
     same = {name: getattr(run, name) == getattr(here, name) for name in fields}
     same |= {"python": python_minor(run.python) == python_minor(here.python), "blas": kernel() in run.blas}
     for name, holds in same.items():

@@ -3,7 +3,7 @@
 import importlib
 import re
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -32,30 +32,21 @@ matplotlib.rcParams["svg.fonttype"] = "none"
 def build_notebooks(root: Path, output: Path, names: Sequence[str] = ()) -> Iterator[tuple[Path, bool]]:
     """Execute the notebooks in docs/notebooks of the project at `root` (all unless named) and write pages to `output`.
 
-    Gives each page, and whether its notebook had to be executed.
+    Gives each page, and whether its notebook had to be executed: the outputs are kept in the cache of `root` until the
+    notebook, the sources or the lock change.
     Raises AuditError for an unknown name, and for a notebook with an error, which it names with the cell.
     """
     paths = {path.stem: path for path in sorted((root / FOLDER).glob("*.ipynb"))}
-    chosen = [one_of("notebook", name, paths) for name in names] or list(paths)
-    for name, notebook, fresh in executed([paths[name] for name in chosen], root):
-        page = output / f"{name}.html"
-        write_atomically(page, _page(notebook).encode())
-        yield page, fresh
-
-
-def executed(paths: Iterable[Path], root: Path) -> Iterator[tuple[str, Any, bool]]:
-    """The notebooks with their outputs, kept in the cache of `root` until one, the sources or the lock change.
-
-    Each with its name, and whether it had to be executed.
-    """
     cache, sources = Cache(root / CACHE), _sources(root)
-    for path in paths:
-        needed = Dependencies(sources=sources, function=__name__, inputs=path.read_text(encoding="utf-8"))
-        kept = cache.lookup(path.stem, needed).entry
-        entry = kept or Entry(dependencies=needed, seconds=0.0, solvers=(), result=execute(path, root))
+    for name in [one_of("notebook", name, paths) for name in names] or paths:
+        needed = Dependencies(sources=sources, function=__name__, inputs=paths[name].read_text(encoding="utf-8"))
+        kept = cache.lookup(name, needed).entry
+        entry = kept or Entry(dependencies=needed, seconds=0.0, solvers=(), result=execute(paths[name], root))
         if kept is None:
-            cache.store(path.stem, entry)
-        yield path.stem, _needed("nbformat").from_dict(entry.result), kept is None
+            cache.store(name, entry)
+        page = output / f"{name}.html"
+        write_atomically(page, _page(_needed("nbformat").from_dict(entry.result)).encode())
+        yield page, kept is None
 
 
 def execute(path: Path, root: Path) -> Any:
