@@ -250,7 +250,7 @@ def test_chains_stop_where_one_fails_and_earlier_results_stay(tmp_path: Path) ->
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("needs", "words"), [(("b", "a"), "in a circle: roe.a, roe.b"), (("x", "a"), "'roe.a' needs 'roe.x'")]
+    ("needs", "words"), [(("b", "a"), "in a circle: roe.a, roe.b"), (("x", "a"), "'roe.a' needs experiment 'roe.x'")]
 )
 def test_a_circle_and_an_unknown_name_are_told_before_anything_runs(
     tmp_path: Path, needs: tuple[str, str], words: str

@@ -3,7 +3,6 @@
 import functools
 import json
 import math
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -28,7 +27,7 @@ from replication.audit.store.cache import Cache, Dependencies, Entry, Lookup, en
 from replication.audit.store.provenance import Environment, loaded, plain, read_environment, run_record
 from replication.audit.store.records import ResultsFile
 from replication.audit.store.sources import SourceTree, default_packages, parents
-from replication.errors import AuditError, meant
+from replication.errors import AuditError
 from replication.extras import canonical
 
 EDITED = "not kept: its sources or data were edited while it ran"
@@ -92,7 +91,8 @@ def run(
         Experiment(name=proof.task, function=prove, inputs={"path": proof.path, "subject": dict(proof.subject)})
         for proof in certificates
     ]
-    for wave in _waves([*_all(papers), *proving], sources):
+    experiments = [experiment for paper in papers for experiment in paper.experiments]
+    for wave in _waves([*experiments, *proving]):
         steps |= {step.name: step for experiment in wave if (step := _blocked(experiment, steps)) is not None}
         ready = [experiment for experiment in wave if experiment.name not in steps]
         planned = _plan(ready, steps, root, cache, environment, sources, timeout)
@@ -111,7 +111,7 @@ def run(
     versions = {name: version for task, _ in plans.values() for name, version in task.dependencies.packages.items()}
     imported = {name: version for name, version in plain(versions).items() if canonical(name) not in declared}
     record_of_run = run_record(root, environment, imported)
-    order = [*(experiment.name for experiment in _all(papers)), *(entry.task for entry in certificates)]
+    order = [*(experiment.name for experiment in experiments), *(entry.task for entry in certificates)]
     values = {name: entry.result for name in order if (entry := steps[name].entry) is not None}
     proofs = [record(proof, values.pop(proof.task, None), steps[proof.task].error) for proof in certificates]
     with traced(root) as trace:
@@ -138,14 +138,9 @@ def run(
     )
 
 
-def _waves(experiments: Sequence[Experiment], sources: SourceTree) -> Iterator[list[Experiment]]:
-    """The experiments, those first that need no other; AuditError for one that is needed and not there, or a circle."""
+def _waves(experiments: Sequence[Experiment]) -> Iterator[list[Experiment]]:
+    """The experiments, those first that need no other; AuditError for a circle."""
     known = {experiment.name: experiment for experiment in experiments}
-    for experiment in experiments:
-        for name in experiment.needs:
-            if name not in known:
-                where = sources.mentioned(experiment.name)
-                raise AuditError(f"experiment {experiment.name!r} needs {name!r}; {meant(name, known)}{where}")
     order = TopologicalSorter({experiment.name: experiment.needs for experiment in experiments})
     try:
         order.prepare()
@@ -202,16 +197,6 @@ def _plan(
         task = Task(name, dependencies, arguments, folders, dynamic, experiment.timeout or timeout)
         plans[name] = task, cache.lookup(name, dependencies, partial(state, tree=sources))
     return plans
-
-
-def _all(papers: Sequence[Paper]) -> Iterator[Experiment]:
-    """The experiments; raises AuditError if the name of one cannot name a file."""
-    for experiment in (experiment for paper in papers for experiment in paper.experiments):
-        if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]*", experiment.name):
-            raise AuditError(
-                f"experiment name {experiment.name!r} cannot name a file; use letters, digits, '.', '_' and '-'"
-            )
-        yield experiment
 
 
 def _longest_first(plans: Sequence[Plan]) -> list[Task]:
