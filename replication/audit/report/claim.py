@@ -55,6 +55,19 @@ class Standing:
     claims: int
 
     @property
+    def outcome(self) -> tuple[str, Verdict | None, str]:
+        """In words, with their tone before, and the verdict whose mark says the same, if any does."""
+        if self.broken:
+            return "fails", Verdict.REFUTED, "false guarantee" if self.refuted else "guarantee fails"
+        if self.open:
+            return "partly", None, "depends on the reading"
+        if self.failing:
+            return "partly", None, "one result differs" if self.failing == 1 else "results differ"
+        if self.corrected:
+            return "holds", Verdict.REPRODUCED_AFTER_ERRATUM, "holds once corrected"
+        return "holds", Verdict.REPRODUCED, "nothing fails"
+
+    @property
     def rank(self) -> tuple[bool, bool]:
         """The order of papers: first a false guarantee, then one that hangs on the reading, then the others."""
         return not self.broken, not self.open

@@ -1,4 +1,4 @@
-"""The opening of the report: of each paper a verdict, a headline, and what shows it.
+"""The opening of the report: what shows the result of each paper.
 
 A paper declares headline and picture in its brief. One that does not is told by its first finding, and shown by the
 entries of its first table, so that a project of any field has an opening.
@@ -6,18 +6,16 @@ entries of its first table, so that a project of any field has an opening.
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from replication.audit.brief import Bars, Curve, Entries, Pair, Traces
 from replication.audit.judge import numerals
-from replication.audit.model import Verdict
-from replication.audit.report.claim import ClaimView, Standing, anchor
+from replication.audit.report.claim import ClaimView
 from replication.audit.report.entries import EntryView
 from replication.audit.report.explore import Axes, axes, shown_part, table
 from replication.audit.report.paper import PaperView, TableView
-from replication.audit.report.told import BriefView, Told
 from replication.errors import AuditError
 
 MOST_ROWS, MOST_COLUMNS = 3, 8
@@ -88,62 +86,11 @@ class EntriesView:
     box = (50 - 25 / SHOWN, 50 / SHOWN)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Row:
-    """What the opening says of one paper; tone: of its verdict, which the word says too. mark: that of the legend
-    which says the same, if any does. proofs: the certificates of what the headline links, in its order.
+def shown_by(paper: PaperView, figures: Path) -> TracesView | tuple[BarView, ...] | EntriesView | None:
+    """What shows the result of a paper, if anything does; figures: where the tables of the figures lie.
+
+    Raises AuditError where its picture names a figure, column or claim that the paper does not have.
     """
-
-    paper: PaperView
-    tone: str
-    mark: Verdict | None
-    verdict: str
-    headline: Told
-    said: Told | None
-    picture: TracesView | tuple[BarView, ...] | EntriesView | None
-    proofs: tuple[str, ...]
-
-
-def rows(papers: Iterable[PaperView], told: Mapping[str, BriefView | None], figures: Path) -> tuple[Row, ...]:
-    """A row for each paper; figures: where the tables of the figures lie.
-
-    Raises AuditError where a picture names a figure, column or claim that the paper does not have.
-    """
-    return tuple(_row(paper, told.get(paper.record.key), figures) for paper in papers if paper.standing.claims)
-
-
-def _row(paper: PaperView, brief: BriefView | None, figures: Path) -> Row:
-    tone, mark, word = _verdict(paper.standing)
-    findings = paper.record.findings
-    first = findings[0] if findings else paper.record.title
-    headline = brief.headline if brief and brief.headline.text else Told(parts=((first, ""),), shaken=False)
-    linked = [link for _, link in headline.parts if link]
-    known = {anchor("claim", view.record.id): view.record.evidence.certificates for view in paper.claims}
-    return Row(
-        paper=paper,
-        tone=tone,
-        mark=mark,
-        verdict=brief.verdict.text if brief and brief.verdict.text else word,
-        headline=headline,
-        said=brief.card if brief else None,
-        picture=_picture(paper, figures),
-        proofs=tuple(path for link in linked for path in known.get(link, ())),
-    )
-
-
-def _verdict(stands: Standing) -> tuple[str, Verdict | None, str]:
-    if stands.broken:
-        return "fails", Verdict.REFUTED, "false guarantee" if stands.refuted else "guarantee fails"
-    if stands.open:
-        return "partly", None, "depends on the reading"
-    if stands.failing:
-        return "partly", None, "one result differs" if stands.failing == 1 else "results differ"
-    if stands.corrected:
-        return "holds", Verdict.REPRODUCED_AFTER_ERRATUM, "holds once corrected"
-    return "holds", Verdict.REPRODUCED, "nothing fails"
-
-
-def _picture(paper: PaperView, figures: Path) -> TracesView | tuple[BarView, ...] | EntriesView | None:
     picture = paper.record.brief.picture if paper.record.brief is not None else None
     if isinstance(picture, Traces):
         drawn = {figure.record.name for figure in paper.figures if figure.drawing}

@@ -34,7 +34,7 @@ from replication.audit.judge import numerals
 from replication.audit.publish.linked_data import filled
 from replication.audit.report.claim import MEANING, targets
 from replication.audit.report.evidence import checks, drawings, packed, played
-from replication.audit.report.opening import rows
+from replication.audit.report.opening import shown_by
 from replication.audit.report.paper import PaperView, paper_view
 from replication.audit.report.sections import across, chart, sections
 from replication.audit.report.templates import environment, source, style_sheet, terms
@@ -89,7 +89,7 @@ def shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
         "certificates_by_path": {certificate.path: certificate for certificate in results.certificates},
         "headline": headline(results),
         "columns": [kind for kind in Consequence if kind in filled_cells],
-        "rows": rows(papers, summaries, figures),
+        "pictures": {paper.record.key: shown_by(paper, figures) for paper in papers if paper.standing.claims},
         "costs": chart(across(results)),
         "groups": GROUPS,
         "plain": plain,
