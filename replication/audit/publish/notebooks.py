@@ -30,10 +30,18 @@ matplotlib.rcParams["svg.fonttype"] = "none"
 
 
 def build_notebooks(root: Path, output: Path, names: Sequence[str] = ()) -> Iterator[tuple[Path, bool]]:
-    """Execute the notebooks in docs/notebooks of the project at `root` (all unless named) and write pages to `output`.
+    """Write the notebooks, as `executed`, as pages to `output`: each page, and whether its notebook was executed."""
+    for name, notebook, fresh in executed(root, names):
+        page = output / f"{name}.html"
+        write_atomically(page, _page(notebook).encode())
+        yield page, fresh
 
-    Gives each page, and whether its notebook had to be executed: the outputs are kept in the cache of `root` until the
-    notebook, the sources or the lock change.
+
+def executed(root: Path, names: Sequence[str] = ()) -> Iterator[tuple[str, Any, bool]]:
+    """The notebooks in docs/notebooks of the project at `root` (all unless named) with their outputs.
+
+    Each with its name, and whether it had to be executed: the cache of `root` keeps it until the notebook, the sources
+    or the lock change.
     Raises AuditError for an unknown name, and for a notebook with an error, which it names with the cell.
     """
     paths = {path.stem: path for path in sorted((root / FOLDER).glob("*.ipynb"))}
@@ -44,9 +52,7 @@ def build_notebooks(root: Path, output: Path, names: Sequence[str] = ()) -> Iter
         entry = kept or Entry(dependencies=needed, seconds=0.0, solvers=(), result=execute(paths[name], root))
         if kept is None:
             cache.store(name, entry)
-        page = output / f"{name}.html"
-        write_atomically(page, _page(_needed("nbformat").from_dict(entry.result)).encode())
-        yield page, kept is None
+        yield name, _needed("nbformat").from_dict(entry.result), kept is None
 
 
 def execute(path: Path, root: Path) -> Any:
