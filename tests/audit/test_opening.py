@@ -19,7 +19,7 @@ from replication.audit.judge.numerals import require_short
 from replication.audit.model import Kind, Outcome, Policy, Verdict
 from replication.audit.parts import CELL, CommonLevel
 from replication.audit.report.claim import Standing, anchor, consequence, standing, targets, views
-from replication.audit.report.opening import shown_by
+from replication.audit.report.opening import picture_of
 from replication.audit.report.page import build_report, render
 from replication.audit.report.paper import cell_of, paper_view
 from replication.audit.report.sections import across
@@ -312,7 +312,7 @@ def test_a_paper_with_no_claim_or_with_300_has_a_page(made: ResultsFile, tmp_pat
 def shown(made: ResultsFile, figures: Path, **changed: Any) -> Any:
     """The picture of the sample."""
     told = with_brief(made, **changed)
-    return shown_by(paper_view(told.papers[0], told, figures, targets(told.claims)), figures)
+    return picture_of(paper_view(told.papers[0], told, figures, targets(told.claims)), figures)
 
 
 def test_a_paper_without_a_picture_shows_the_numbers_of_its_first_table(made: ResultsFile) -> None:
@@ -325,7 +325,7 @@ def test_a_paper_without_a_picture_shows_the_numbers_of_its_first_table(made: Re
     assert "ours rounds differently (2 of 4)" in render(made, Path())
     assert second.ours.startswith(second.entry.full[:4])
     bare = replace(made.papers[0], brief=None, tables=())
-    assert shown_by(paper_view(bare, made, Path(), targets(made.claims)), Path()) is None
+    assert picture_of(paper_view(bare, made, Path(), targets(made.claims)), Path()) is None
     page = render(replace(made, papers=(bare,)), Path())
     assert f">{bare.findings[0]}</h2>\n<p><bdi>{bare.summary}</bdi></p>" in page
 

@@ -233,10 +233,10 @@ def _compare(case: Case) -> Judgement:
     if isinstance(case.target, AuditError):
         raise case.target
     printed = case.target.printed
-    if bool(printed.relation) is not (claim.kind is Kind.BOUND):
-        wrong = "is a relation; a claim of kind bound compares those"
-        wrong = wrong if printed.relation else "has no relation; a bound is printed like <0.001 or ≥2"
-        raise AuditError(f"printed value {printed.text!r} {wrong}")
+    if printed.relation and claim.kind is not Kind.BOUND:
+        raise AuditError(f"printed value {printed.text!r} is a relation; a claim of kind bound compares those")
+    if claim.kind is Kind.BOUND and not printed.relation:
+        raise AuditError(f"printed value {printed.text!r} has no relation; a bound is printed like <0.001 or ≥2")
     if any(entry.spread for entry in printed.entries):
         judgement = judge_uncertain(case.target, evidence, claim.uncertainty)
     else:

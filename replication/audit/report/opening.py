@@ -86,7 +86,7 @@ class EntriesView:
     box = (50 - 25 / SHOWN, 50 / SHOWN)
 
 
-def shown_by(paper: PaperView, figures: Path) -> TracesView | tuple[BarView, ...] | EntriesView | None:
+def picture_of(paper: PaperView, figures: Path) -> TracesView | tuple[BarView, ...] | EntriesView | None:
     """What shows the result of a paper, if anything does; figures: where the tables of the figures lie.
 
     Raises AuditError where its picture names a figure, column or claim that the paper does not have.

@@ -34,7 +34,7 @@ from replication.audit.judge import numerals
 from replication.audit.publish.linked_data import filled
 from replication.audit.report.claim import MEANING, targets
 from replication.audit.report.evidence import checks, drawings, packed, played
-from replication.audit.report.opening import shown_by
+from replication.audit.report.opening import picture_of
 from replication.audit.report.paper import PaperView, paper_view
 from replication.audit.report.sections import across, chart, sections
 from replication.audit.report.templates import environment, source, style_sheet, terms
@@ -79,7 +79,7 @@ def shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
     views = [paper_view(paper, results, figures, read) for paper in results.papers]
     papers = sorted(views, key=lambda paper: paper.standing.rank)
     summaries = dict.fromkeys(paper.record.key for paper in papers) | briefs(results)
-    filled_cells = {cell.consequence for paper in papers for cell in paper.cells if cell.marks or cell.timed}
+    met = {cell.consequence for paper in papers for cell in paper.cells if cell.marks or cell.timed}
     return {
         "results": results,
         "run": results.run,
@@ -88,8 +88,8 @@ def shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
         "claims_by_id": {view.record.id: view for paper in papers for view in paper.claims},
         "certificates_by_path": {certificate.path: certificate for certificate in results.certificates},
         "headline": headline(results),
-        "columns": [kind for kind in Consequence if kind in filled_cells],
-        "pictures": {paper.record.key: shown_by(paper, figures) for paper in papers if paper.standing.claims},
+        "columns": [kind for kind in Consequence if kind in met],
+        "pictures": {paper.record.key: picture_of(paper, figures) for paper in papers if paper.standing.claims},
         "costs": chart(across(results)),
         "groups": GROUPS,
         "plain": plain,
