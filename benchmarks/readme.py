@@ -25,7 +25,7 @@ from replication.audit.inspect.headline import theorems
 from replication.audit.judge.policies import once
 from replication.audit.project import find_project
 from replication.audit.publish.archive import badges
-from replication.audit.report.claim import standings
+from replication.audit.report.claim import standing
 from replication.audit.report.told import BriefView, briefs
 from replication.audit.store.records import PaperRecord, ResultsFile, read_results
 from replication.drawing.panels import as_svg
@@ -81,9 +81,8 @@ def results_block(results: ResultsFile) -> str:
     papers, told = {paper.key: paper for paper in results.papers}, briefs(results)
     said = {name: re.findall(r"<title>(.*?)</title>", svg) for name, svg in badges(results, BADGES, "claims").items()}
     image = {Path(name).stem: f"![{title}]({name})" for name, (title,) in said.items()}
-    lines = [
-        f"- **{papers[key].cited}** {image[key]} {_line(papers[key], told.get(key))}" for key in standings(results)
-    ]
+    order = sorted(papers, key=lambda key: standing(c for c in results.claims if c.paper == key).rank)
+    lines = [f"- **{papers[key].cited}** {image[key]} {_line(papers[key], told.get(key))}" for key in order]
     return "\n".join([BEGIN, "", *lines, "", f"{image['all']} {theorems(once(results.claims))}".strip(), "", END])
 
 

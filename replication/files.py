@@ -2,6 +2,7 @@
 
 import csv
 import hashlib
+import io
 import os
 import tempfile
 from collections.abc import Collection, Iterable, Iterator, Mapping
@@ -59,6 +60,13 @@ def sha256(content: bytes | str | Path, absent: str = "") -> str:
 def sum_of(paths: Iterable[Path]) -> str:
     """One checksum of files, by their names and what they hold; a missing one counts as such."""
     return sha256("\n".join(f"{path.name} {sha256(path, 'missing')}" for path in paths))
+
+
+def csv_text(header: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
+    """A table as CSV; None is an empty cell."""
+    stream = io.StringIO()
+    csv.writer(stream, lineterminator="\n").writerows([header, *rows])
+    return stream.getvalue()
 
 
 def write_directory(directory: Path, files: Mapping[str, bytes]) -> None:

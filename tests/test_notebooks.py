@@ -50,7 +50,7 @@ def test_a_notebook_is_executed_again_only_if_something_has_changed(tmp_path: Pa
     whole = page.read_bytes()
     page.write_bytes(whole.replace(b"3", b"4"))
     assert not executed() and page.read_bytes() == whole
-    (tmp_path / CACHE / "small.ipynb").write_text("{half", encoding="utf-8")
+    (tmp_path / CACHE / "small.json").write_text("{half", encoding="utf-8")
     assert executed() and not executed()
     (tmp_path / "papers" / "toy").mkdir(parents=True)
     (tmp_path / "papers" / "toy" / "printed.toml").write_text('level = "1.33"\n', encoding="utf-8")

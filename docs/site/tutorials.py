@@ -12,7 +12,7 @@ from examples import inline
 from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 
-from replication.audit.publish.notebooks import FOLDER, executed
+from replication.audit.publish.notebooks import executed
 from replication.drawing.panels import tidy
 from replication.errors import AuditError
 
@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parents[2]
 def on_files(files: Files, config: Any) -> Files:
     """Add one page for each notebook."""
     try:
-        for name, notebook, _ in executed(sorted((ROOT / FOLDER).glob("*.ipynb")), ROOT):
+        for name, notebook, _ in executed(ROOT):
             text = "\n\n".join(_cells(notebook, name))
             files.append(File.generated(config, f"tutorials/{name}.md", content=text))
     except AuditError as error:

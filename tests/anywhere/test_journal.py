@@ -217,7 +217,7 @@ def test_the_reply_of_the_authors_stands_with_the_claim(project: Stranger) -> No
 def test_a_reply_to_no_claim_is_told(project: Stranger) -> None:
     with edited(project, "paper.toml", '"final"', '"finale"'):
         done = project.run("replication", "run")
-    assert done.returncode == 2 and "replies to 'finale', which is no claim" in done.stderr and "final" in done.stderr
+    assert done.returncode == 2 and "finale', which does not exist" in done.stderr and "final" in done.stderr
 
 
 def test_workflow_and_container_take_the_steps_of_the_page(unpacked: Path) -> None:

@@ -13,7 +13,7 @@ from replication.audit.inspect.compare import FieldChange, compare, moved, rende
 from replication.audit.judge.verdict import rejudge
 from replication.audit.model import Evidence, Kind, Proof, Reading, SolverRecord, Verdict
 from replication.audit.parts import Table
-from replication.audit.store.records import PARTS, SCHEMA_VERSION, ClaimRecord, ResultsFile
+from replication.audit.store.records import PARTS, ClaimRecord, ResultsFile
 
 PROVED = Proof(holds=True, text="it does")
 GOOD = recorded(Evidence(method="m", value=1.3268, lower=1.3267, upper=1.3269))
@@ -114,9 +114,7 @@ def test_errors_are_problems_with_their_text() -> None:
     assert (problem.where, problem.cause, problem.message) == ("experiment toy-run", Cause.ERROR, "ValueError: no")
 
 
-def test_another_schema_version_and_repeated_claims_are_problems() -> None:
-    other = replace(results_file(GOOD), schema_version=SCHEMA_VERSION + 1)
-    assert [problem.cause for problem in check(other, None)] == [Cause.SCHEMA]
+def test_repeated_claims_are_problems() -> None:
     assert [problem.cause for problem in check(results_file(GOOD, GOOD), None)] == [Cause.SET]
 
 

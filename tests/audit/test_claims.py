@@ -11,7 +11,7 @@ from tables import rows
 
 from replication.audit.declare import Part
 from replication.audit.judge.validate import unused_readings, validate_claims, validate_theorems
-from replication.audit.model import Evidence, Kind, Outcome, Reading, Results, Verdict
+from replication.audit.model import Evidence, Experiment, Kind, Outcome, Reading, Results, Verdict
 from replication.audit.parts import Paper, ScopeItem, Table
 from replication.errors import AuditError
 from replication.verify.predicate import Predicate, Term, in_words, term
@@ -35,6 +35,7 @@ def test_well_formed_papers_pass() -> None:
         ([paper(), paper()], ["paper key 'toy'", "2 times"]),
         ([paper(figures=(replace_data(figure("toy-fig1"), uses=("toy-x",)),))], ["figure 'toy-fig1'", "'toy-x'"]),
         ([paper(figures=(figure("fig1"),))], ["figure name 'fig1'"]),
+        ([paper(experiments=(Experiment(name="toy.a/b", function=len),))], ["'toy.a/b' cannot name a file"]),
         ([paper(claim(), scope=())], ["claim 'toy.value'", "no scope item"]),
         ([paper(scope=(ScopeItem(part="II", claims=("toy.no",)),))], ["'II'", "claim 'toy.no'"]),
         ([paper(scope=(ScopeItem(part="II", figures=("toy-no",)),))], ["'II'", "figure 'toy-no'"]),

@@ -15,7 +15,7 @@ from tables import rows
 from replication.audit.declare import command
 from replication.audit.publish.linked_data import Software, filled
 from replication.audit.run.command import execute, held
-from replication.audit.run.tracing import labels, traced
+from replication.audit.run.tracing import noted, traced
 from replication.audit.store.records import read_results
 from replication.audit.store.sources import SourceTree
 from replication.errors import AuditError
@@ -61,9 +61,9 @@ def test_what_a_script_names_outside_counts_or_is_named(
     variables = ["GIVEN"] * ("$GIVEN" in text)
     with traced(root) as trace:
         assert answer(root, ["sh", "fit.sh"], reads=["fit.sh"], variables=variables) == 1
-    assert (str(out / "k.txt") in labels(trace, SourceTree({}), ())) == read
+    assert (str(out / "k.txt") in noted(trace, SourceTree({}), ())[0]) == read
     assert list(trace.untraced) == [f"files in {named.replace('OUT', str(out))}"] * bool(named)
-    assert not {"./work", "./tmp"} & labels(trace, SourceTree({}), ()).keys()
+    assert not {"./work", "./tmp"} & noted(trace, SourceTree({}), ())[0].keys()
 
 
 def test_its_home_is_empty_and_may_be_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -250,7 +250,7 @@ def test_chains_stop_where_one_fails_and_earlier_results_stay(tmp_path: Path) ->
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("needs", "words"), [(("b", "a"), "in a circle: roe.a, roe.b"), (("x", "a"), "'roe.a' needs 'roe.x'")]
+    ("needs", "words"), [(("b", "a"), "in a circle: roe.a, roe.b"), (("x", "a"), "'roe.a' needs experiment 'roe.x'")]
 )
 def test_a_circle_and_an_unknown_name_are_told_before_anything_runs(
     tmp_path: Path, needs: tuple[str, str], words: str

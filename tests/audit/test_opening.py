@@ -19,9 +19,9 @@ from replication.audit.judge.numerals import require_short
 from replication.audit.model import Kind, Outcome, Policy, Verdict
 from replication.audit.parts import CELL, CommonLevel
 from replication.audit.report.claim import Standing, anchor, consequence, standing, targets, views
-from replication.audit.report.opening import Field, field, rows
+from replication.audit.report.opening import picture_of
 from replication.audit.report.page import build_report, render
-from replication.audit.report.paper import paper_view
+from replication.audit.report.paper import cell_of, paper_view
 from replication.audit.report.sections import across
 from replication.audit.report.templates import TERMS, environment, linked, terms
 from replication.audit.report.told import briefs, sentences
@@ -100,14 +100,15 @@ def answer(*given: Any) -> str:
     return str(environment().get_template("headings.html.j2").module.answer(*given))  # type: ignore[attr-defined]
 
 
-def answered(shown: Field) -> str:
+def answered(*papers: Any) -> str:
     heads: Any = environment().get_template("headings.html.j2").module
+    broken, sound = ([paper for paper in papers if bool(paper.standing.broken) is fails] for fails in (True, False))
     return answer(
-        [lane.standing for lane in shown.lanes],
-        shown.tally,
-        heads.broken(shown.broken),
-        heads.off(shown.off),
-        heads.named(shown.mended),
+        [paper.standing for paper in papers],
+        tally(view.record for paper in papers for view in paper.claims),
+        heads.broken(broken),
+        heads.off([paper for paper in sound if paper.standing.failing]),
+        heads.named([paper for paper in sound if paper.standing.corrected]),
     )
 
 
@@ -142,7 +143,8 @@ def paper_of(records: Any) -> Any:
         cited="Doe (2020)", named="Doe (2020)", key=KEY, title="Observers", findings=(), brief=None
     )
     shown = views(records, targets(records))
-    return cast(Any, SimpleNamespace(record=record, claims=shown, tables=(), figures=()))
+    cells = [cell_of(shown, kind) for kind in Consequence]
+    return cast(Any, SimpleNamespace(record=record, claims=shown, standing=standing(records), cells=cells))
 
 
 @pytest.mark.parametrize(
@@ -158,19 +160,17 @@ def paper_of(records: Any) -> Any:
 )
 def test_results_without_a_theorem_are_counted_by_what_comes_out(made: ResultsFile, verdicts: str, words: str) -> None:
     by_verdict = {record.verdict: altered(record, place="Sec. II") for record in made.claims}
-    shown = field([paper_of([by_verdict[Verdict(verdict)] for verdict in verdicts.split(", ")])])
-    assert answered(shown) == words
-    assert shown.tally.words in words
+    assert answered(paper_of([by_verdict[Verdict(verdict)] for verdict in verdicts.split(", ")])) == words
 
 
 def test_a_refuted_theorem_changes_the_answer_and_a_paper_without_one_has_none_that_passes(made: ResultsFile) -> None:
     holds = next(record for record in made.claims if record.verdict is Verdict.REPRODUCED and not record.unexpected)
     sound, plain = (paper_of([altered(holds, place=place)]) for place in ("Theorem 1", "Sec. II"))
-    assert "passes our tests" in answered(field([sound])) and "passes" not in answered(field([sound, plain]))
+    assert "passes our tests" in answered(sound) and "passes" not in answered(sound, plain)
     (refuted,) = [record for record in made.claims if record.verdict is Verdict.REFUTED]
     theorem = altered(refuted, place="Theorem 1")
-    assert answered(field([paper_of([theorem])])) == "The shorter is better guarantee of Doe (2020) is false."
-    assert field([paper_of([theorem, altered(refuted, place="Sec. II")])]).tally.numbers["fail"] == 2
+    assert answered(paper_of([theorem])) == "The shorter is better guarantee of Doe (2020) is false."
+    assert tally([theorem, altered(refuted, place="Sec. II")]).numbers["fail"] == 2
 
 
 @pytest.mark.parametrize(
@@ -310,27 +310,24 @@ def test_a_paper_with_no_claim_or_with_300_has_a_page(made: ResultsFile, tmp_pat
 
 
 def shown(made: ResultsFile, figures: Path, **changed: Any) -> Any:
-    """The row of the sample with a picture."""
+    """The picture of the sample."""
     told = with_brief(made, **changed)
-    read = targets(told.claims)
-    lanes = field([paper_view(told.papers[0], told, figures, read)]).lanes
-    (row,) = rows(lanes, dict(briefs(told)), figures)
-    return row
+    return picture_of(paper_view(told.papers[0], told, figures, targets(told.claims)), figures)
 
 
 def test_a_paper_without_a_picture_shows_the_numbers_of_its_first_table(made: ResultsFile) -> None:
-    row = shown(made, Path())
-    first, second, *_ = row.picture.rows[0][1]
-    assert row.picture.columns == made.papers[0].tables[0].header[1:]
+    picture = shown(made, Path())
+    first, second, *_ = picture.rows[0][1]
+    assert picture.columns == made.papers[0].tables[0].header[1:]
     assert first.view.record.id == f"{KEY}.column-2-3" and not first.instead and 16 < first.at < 84
-    cells = [cell for _, row in row.picture.rows for cell in row if cell is not None]
+    cells = [cell for _, row in picture.rows for cell in row if cell is not None]
     assert (len(cells), sum(bool(cell.instead) for cell in cells)) == (4, 2)
     assert "ours rounds differently (2 of 4)" in render(made, Path())
     assert second.ours.startswith(second.entry.full[:4])
     bare = replace(made.papers[0], brief=None, tables=())
-    lanes = field([paper_view(bare, made, Path(), targets(made.claims))]).lanes
-    (plain,) = rows(lanes, {}, Path())
-    assert plain.picture is None and plain.headline.text == bare.findings[0] and plain.said is None
+    assert picture_of(paper_view(bare, made, Path(), targets(made.claims)), Path()) is None
+    page = render(replace(made, papers=(bare,)), Path())
+    assert f">{bare.findings[0]}</h2>\n<p><bdi>{bare.summary}</bdi></p>" in page
 
 
 def test_several_rows_are_a_table_and_the_headline_brings_its_proof(made: ResultsFile) -> None:
@@ -342,16 +339,16 @@ def test_several_rows_are_a_table_and_the_headline_brings_its_proof(made: Result
     (table,) = [e for e in page.iter() if str(e.tag).endswith("}table") and e.get("class") == "boxes"]
     assert len([e for e in table.iter() if str(e.tag).endswith("}th")]) == 4
     (known,) = [record for record in made.claims if record.id == f"{KEY}.column-2-3"]
-    assert shown(made, Path(), headline="It is [so](column-2-3)").proofs == known.evidence.certificates
-    row = shown(made, Path(), headline="It is so", picture=Entries(columns=("a", "b"), rows=rows_of))
-    cell = row.picture.rows[0][1][0]
-    assert row.proofs == () and cell.entry.printed != cell.instead == f"{float(cell.entry.full):.2f}"
+    assert briefs(told)[KEY].headline.proofs == known.evidence.certificates
+    assert briefs(with_brief(made, headline="It is so"))[KEY].headline.proofs == ()
+    cell = shown(made, Path(), picture=Entries(columns=("a", "b"), rows=rows_of)).rows[0][1][0]
+    assert cell.entry.printed != cell.instead == f"{float(cell.entry.full):.2f}"
 
 
 def test_bars_are_as_long_as_print_and_bound(made: ResultsFile) -> None:
     pair = Pair(label="level", printed="column-5-7", bound="column-2-3")
     picture = Bars(pairs=(pair,), printed="printed", bound="bound")
-    (bar,) = shown(made, Path(), picture=picture).picture
+    (bar,) = shown(made, Path(), picture=picture)
     ratio = bar.drawn[1] / bar.drawn[0]
     assert ratio == pytest.approx(bar.times, rel=0.01) and bar.times < ratio
     page = render(replace(with_brief(made, picture=picture), figures=()), Path())
@@ -377,7 +374,7 @@ def test_traces_end_at_their_last_value_and_name_the_columns_that_there_are(tmp_
     def traces(column: str) -> Traces:
         return Traces(figure="doe1999-fig2", across="k", x="k", y="e", curves=(Curve(label="e", columns=(column,)),))
 
-    (curve,) = shown(drawn, tmp_path, picture=traces("error 1")).picture.curves
+    (curve,) = shown(drawn, tmp_path, picture=traces("error 1")).curves
     assert curve.path.startswith("M0 ") and curve.path.split("L")[-1].startswith("1000 ")
     with pytest.raises(AuditError, match="shows 'absent' of doe1999-fig2, which has the columns k, error 1"):
         shown(drawn, tmp_path, picture=traces("absent"))

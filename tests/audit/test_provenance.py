@@ -89,7 +89,7 @@ def test_a_declared_package_that_is_missing_is_named(tmp_path: Path) -> None:
 
 def test_record_of_this_project_is_complete() -> None:
     root = Path(__file__).parents[2]
-    record = run_record(root, read_environment(root))
+    record = run_record(root, read_environment(root), {})
     assert record.threads == 1
     assert "openblas" in record.blas.lower() or "mkl" in record.blas.lower() or "accelerate" in record.blas.lower()
     assert {"numpy", "scipy", "cvxpy", "clarabel", "control"} <= set(record.packages)

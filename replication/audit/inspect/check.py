@@ -10,7 +10,6 @@ from typing import Any
 
 import msgspec
 
-import replication
 from replication.audit.judge.policies import same_fact
 from replication.audit.judge.proofs import no_theorem, wanted, with_proofs
 from replication.audit.judge.validate import unused_readings
@@ -21,9 +20,8 @@ from replication.audit.run.draw import checksums
 from replication.audit.run.runner import Outcome, run
 from replication.audit.run.worker import Action, Answer, Task, function_name
 from replication.audit.store.cache import Cache, encode
-from replication.audit.store.provenance import THREADS, Environment, python_minor
+from replication.audit.store.provenance import kernel, python_minor
 from replication.audit.store.records import (
-    SCHEMA_VERSION,
     CertificateRecord,
     ClaimRecord,
     ErratumRecord,
@@ -41,7 +39,6 @@ from replication.files import sha256
 class Cause(StrEnum):
     """What is wrong; a changed verdict and an error are findings of a run, the others faults of the file."""
 
-    SCHEMA = "schema"
     FORGED = "forged"
     CHANGED_VERDICT = "changed verdict"
     ERROR = "error"
@@ -82,10 +79,7 @@ def check(results: ResultsFile, papers: Sequence[Paper] | None, root: Path | Non
 
 
 def _problems(results: ResultsFile) -> Iterator[Problem]:
-    """What the file says of itself: its schema, its names, its verdicts, its errors, its readings."""
-    if results.schema_version != SCHEMA_VERSION:
-        message = f"the file has schema version {results.schema_version}, wanted {SCHEMA_VERSION}; run the audit again"
-        yield Problem("schema_version", message, Cause.SCHEMA)
+    """What the file says of itself: its names, its verdicts, its errors, its readings."""
     for (sort, name), count in Counter(key for key, _ in _stored(results)).items():
         if count > 1:
             yield Problem(name, f"the {sort} stands {count} times in the file", Cause.SET)
@@ -232,9 +226,7 @@ def differences(results: ResultsFile, again: Outcome, figures: Path) -> Iterator
     yield from _changed("project", results.project, again.results.project)
     if not _here(results, again):
         return
-    yield from _environment(results.run, again.environment)
-    if results.run.unlocked != again.results.run.unlocked:
-        yield Problem("run.unlocked", f"{results.run.unlocked!r} is not what differs from the lock")
+    yield from _environment(results.run, again.results.run)
     keys = {record.name: record.key for record in results.experiments}
     others = [record.name for record in again.results.experiments if keys.get(record.name, record.key) != record.key]
     if others:
@@ -269,21 +261,16 @@ def unfounded(results: ResultsFile, again: Outcome) -> str:
 def _here(results: ResultsFile, again: Outcome) -> bool:
     """Whether the file was made in this environment: so it says, or one of its keys."""
     keys = {record.key for record in again.results.experiments}
-    return not list(_environment(results.run, again.environment)) or any(row.key in keys for row in results.experiments)
+    return not list(_environment(results.run, again.results.run)) or any(row.key in keys for row in results.experiments)
 
 
-def _environment(run: RunRecord, here: Environment) -> Iterator[Problem]:
+def _environment(run: RunRecord, here: RunRecord) -> Iterator[Problem]:
     """What a run says of its environment and is not so here."""
-    pairs: dict[str, tuple[Any, Any]] = {
-        "package_version": (run.package_version, replication.__version__),
-        "lock_sha256": (run.lock_sha256, here.lock_sha256),
-        "python": (python_minor(run.python), here.python),
-        "packages": (run.packages, here.versions),
-        "blas": (here.kernel in run.blas, True),
-        "threads": (run.threads, THREADS),
-    }
-    for name, (stored, value) in pairs.items():
-        if stored != value:
+    fields = ("package_version", "lock_sha256", "packages", "unlocked", "threads")
+    same = {name: getattr(run, name) == getattr(here, name) for name in fields}
+    same |= {"python": python_minor(run.python) == python_minor(here.python), "blas": kernel() in run.blas}
+    for name, holds in same.items():
+        if not holds:
             yield Problem(f"run.{name}", f"{getattr(run, name)!r} is not of the environment that the keys are of")
 
 

@@ -115,6 +115,7 @@ class Headline:
     """
 
     sentence: str
+    tally: Tally
     total: int
     repeated: int
     counts: Mapping[Verdict, int]
@@ -131,6 +132,7 @@ def headline(results: ResultsFile) -> Headline:
     by_basis = Counter((claim.verdict, basis(claim)) for claim in claims)
     return Headline(
         sentence=sentence(results.claims),
+        tally=tally(claims),
         total=len(claims),
         repeated=sum(bool(claim.claim.repeats) for claim in results.claims),
         counts=counts(claims),

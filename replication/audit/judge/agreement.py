@@ -124,18 +124,15 @@ def negated(holds: bool | None) -> bool | None:
     return None if holds is None else not holds
 
 
-LIES: Mapping[bool | None, tuple[str, str, Verdict]] = {
-    False: ("lies outside", "{found} of {all} entries disagree: ", Verdict.DIFFERS),
-    None: (
-        "is too wide to decide, it straddles an end of",
-        "{found} of {all} entries undecided: ",
-        Verdict.UNDETERMINED,
-    ),
-    True: ("lies inside", "all {all} entries agree: ", Verdict.REPRODUCED),
+WIDE = "is too wide to decide"
+LIES: Mapping[bool | None, tuple[str, str, str, Verdict]] = {
+    False: ("lies outside", "violates", "{found} of {all} entries disagree: ", Verdict.DIFFERS),
+    None: (f"{WIDE}, it straddles an end of", WIDE, "{found} of {all} entries undecided: ", Verdict.UNDETERMINED),
+    True: ("lies inside", "satisfies", "all {all} entries agree: ", Verdict.REPRODUCED),
 }
 """Where a computed number or its bracket lies against what a print stands for; the first found decides.
 
-Each in words, how many of several entries lie so, and the verdict.
+Each in words, against an interval and a relation, how many of several entries lie so, and the verdict.
 """
 
 
@@ -216,6 +213,12 @@ class Measured:
         """The bracket, or the number where there is none, in the same units."""
         return float(self.units(self.bracket.low)), float(self.units(self.bracket.high))
 
+    def agrees(self, relation: str) -> bool | None:
+        """Whether it lies in what its entry stands for, or in this relation to it; None if it may or may not."""
+        if self.interval is not None:
+            return self.bracket.within(self.interval)
+        return compared(MARKS[relation], self.bracket, Interval(self.entry.value, self.entry.value))
+
     @property
     def prefix(self) -> str:
         """The label of its entry before it."""
@@ -248,22 +251,23 @@ class Measured:
 
 
 def judge_value(target: Target, evidence: Evidence) -> Judgement:
-    """Compare every entry with the interval that it stands for, ends included; errors as `measure`.
+    """Compare every entry with the interval that it stands for, ends included, or with the relation as it stands.
 
-    Any entry outside: differs. All inside: reproduced. Else a bracket is too wide: undetermined.
+    Any entry outside: differs. All inside: reproduced. Else a bracket is too wide: undetermined. Errors as `measure`.
     """
-    if target.printed.relation:
-        raise AuditError(f"printed value {target.printed.text!r} is a relation; a claim of kind bound compares those")
-    measured = measure(target, evidence)
-    lies = [number.bracket.within(interval) for number, interval in zip(measured, target.intervals, strict=True)]
+    measured, printed = measure(target, evidence), target.printed
+    lies = [number.agrees(printed.relation) for number in measured]
     decisive = next(answer for answer in LIES if answer in lies)
     indices = [index for index, answer in enumerate(lies) if answer is decisive]
     index = max(indices, key=lambda i: abs(measured[i].deviation))
-    words, counted, verdict = LIES[decisive]
+    inside, related, counted, verdict = LIES[decisive]
     count = counted.format(found=len(indices), all=len(measured)) if len(measured) > 1 else ""
     worst = max(measured, key=lambda number: abs(number.deviation))
     exact = all(number.bracket.low == number.bracket.high == number.entry.value for number in measured)
-    reason = f"{count}{_against(measured[index], target.intervals[index].ends, words)}"
+    if printed.relation:
+        reason = f"{worst.describe(worst.entry.value)} {related} the printed {printed.text}"
+    else:
+        reason = f"{count}{_against(measured[index], target.intervals[index].ends, inside)}"
     if exact and len(measured) > 1:
         reason = f"all {len(measured)} entries equal the printed ones"
     return Judgement(verdict=verdict, reason=_sentence(reason), deviation_ulp=numerals.nearest(worst.deviation))
@@ -314,23 +318,6 @@ MARKS: Mapping[str, Relation] = {
     "≥": "at least",
 }
 """The relations before a printed bound."""
-BOUNDED: Mapping[bool | None, tuple[str, Verdict]] = {
-    True: ("satisfies", Verdict.REPRODUCED),
-    False: ("violates", Verdict.DIFFERS),
-    None: ("is too wide to decide", Verdict.UNDETERMINED),
-}
-
-
-def judge_bound(target: Target, evidence: Evidence) -> Judgement:
-    """Compare a value or bracket with a printed relation such as `<0.001`, as it stands; errors as `measure`."""
-    printed = target.printed
-    if not printed.relation:
-        raise AuditError(f"printed value {printed.text!r} has no relation; a bound is printed like <0.001 or ≥2")
-    (number,) = measure(target, evidence)
-    limit = Interval(number.entry.value, number.entry.value)
-    words, verdict = BOUNDED[compared(MARKS[printed.relation], number.bracket, limit)]
-    text = f"{number.describe(number.entry.value)} {words} the printed {printed.text}"
-    return Judgement(verdict=verdict, reason=_sentence(text), deviation_ulp=numerals.nearest(number.deviation))
 
 
 def stored_intervals(claim: StatedClaim, judgement: Judgement) -> tuple[Interval, ...]:

@@ -10,7 +10,7 @@ from fractions import Fraction
 import msgspec
 
 from replication.audit.data import words
-from replication.audit.judge.agreement import Target, judge_bound, judge_value, measure
+from replication.audit.judge.agreement import Target, judge_value, measure
 from replication.audit.judge.numerals import exact, short
 from replication.audit.model import DISAGREES, Claim, Evidence, Judgement, Kind, Policy, Reading, StatedClaim, Verdict
 from replication.audit.store.records import ClaimRecord
@@ -72,8 +72,7 @@ def with_inputs(claim: StatedClaim, target: Target, evidence: Evidence, judgemen
         raise AuditError("the range over printed inputs is that of one number; a list has no such range")
     if over.lower > over.upper:
         raise AuditError(f"the range over printed inputs is empty: [{over.lower!r}, {over.upper!r}]")
-    judge = judge_bound if claim.kind is Kind.BOUND else judge_value
-    ranged = judge(target, Evidence(method="", value=evidence.value, lower=over.lower, upper=over.upper))
+    ranged = judge_value(target, Evidence(method="", value=evidence.value, lower=over.lower, upper=over.upper))
     if judgement.verdict is not Verdict.DIFFERS:
         return judgement
     sentence = f"Over all inputs that round to their prints ({over.how}): {ranged.reason}"

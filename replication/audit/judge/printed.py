@@ -372,34 +372,34 @@ Quantities = Mapping[str, float]
 def spread(prints: Mapping[str, str], compute: Callable[[Parameters], Quantities]) -> dict[str, Any]:
     """What `compute` gives at the printed numbers, and with each that is not whole half a unit lower and higher.
 
-    Returns JSON: `base`, and `rows` with `parameter`, `printed`, `low` and `high`; None where there is no result.
+    Returns JSON: as `rows` the fields of a `Sensitivity` for each claim and number; None where there is no result.
     """
     parsed = {name: parse(text) for name, text in prints.items()}
-    rows = []
+    base, moves = compute(_numbers(parsed)), []
     for name, printed in parsed.items():
         for index, entry in enumerate(printed.entries):
             if entry.unit < 1:
                 ends = (_numbers(parsed, (name, index), side * entry.unit / 2) for side in (-1, 1))
                 low, high = (_attempt(compute, numbers) for numbers in ends)
-                row = {"parameter": _label(name, printed, index), "printed": entry.text, "low": low, "high": high}
-                rows.append(row)
-    return {"base": dict(compute(_numbers(parsed))), "rows": rows}
+                moves.append((_label(name, printed, index), entry.text, low, high))
+    rows = [
+        {
+            "claim": claim,
+            "parameter": parameter,
+            "printed": text,
+            "base": value,
+            "low": None if low is None else low[claim],
+            "high": None if high is None else high[claim],
+        }
+        for claim, value in base.items()
+        for parameter, text, low, high in moves
+    ]
+    return {"rows": rows}
 
 
 def sensitivities(spread: Mapping[str, Any]) -> tuple[Sensitivity, ...]:
     """The records of what `spread` returned."""
-    return tuple(
-        Sensitivity(
-            claim=claim,
-            parameter=row["parameter"],
-            printed=row["printed"],
-            base=base,
-            low=None if row["low"] is None else row["low"][claim],
-            high=None if row["high"] is None else row["high"][claim],
-        )
-        for claim, base in spread["base"].items()
-        for row in spread["rows"]
-    )
+    return tuple(Sensitivity(**row) for row in spread["rows"])
 
 
 def _numbers(

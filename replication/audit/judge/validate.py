@@ -20,6 +20,7 @@ from replication.errors import AuditError, meant
 from replication.verify.predicate import ESTIMATORS, YES_NO, Predicate, in_words, unit_of
 
 _ID = re.compile(r"[a-z0-9][a-z0-9_-]*(\.[a-z0-9][a-z0-9_-]*)+")
+_FILE = re.compile(r"[A-Za-z0-9][A-Za-z0-9._-]*")
 
 
 At = Callable[[str], str]
@@ -61,6 +62,8 @@ def _names(paper: Paper) -> Iterator[str]:
             yield f"claim id {name!r} must be lower-case words joined by dots that begin with {paper.key + '.'!r}"
         if what in ("experiment name", "figure name") and not name.startswith(paper.key):
             yield f"{what} {name!r} must begin with the key of its paper, {paper.key!r}"
+        if what == "experiment name" and not _FILE.fullmatch(name):
+            yield f"{what} {name!r} cannot name a file; use letters, digits, '.', '_' and '-'"
 
 
 def _references(paper: Paper, at: At) -> Iterator[str]:
@@ -71,14 +74,16 @@ def _references(paper: Paper, at: At) -> Iterator[str]:
     for claim in paper.claims:
         named += [(f"claim {claim.id!r}", "names erratum", [] if claim.erratum is None else [claim.erratum])]
         named += [(f"claim {claim.id!r}", "names reading", [claim.reading] if claim.reading else [])]
+    named += [(f"experiment {needing.name!r}", "needs experiment", needing.needs) for needing in paper.experiments]
     named += [(f"figure {figure.name!r}", "uses experiment", figure.uses) for figure in paper.figures]
+    named += [(f"paper {paper.key!r}", "replies to claim", [reply.claim for reply in paper.replies])]
     for table in paper.tables:
         named += [(f"table {table.place!r} of {paper.key}", "shows claim", table.claims)]
     for item in paper.scope:
         where = f"scope item {item.part!r} of {paper.key}"
         named += [(where, "lists claim", item.claims), (where, "lists figure", item.figures)]
     for user, verb, names in named:
-        candidates = known.get(verb.split()[1], set())
+        candidates = known.get(verb.split()[-1], set())
         yield from (
             f"{user} {verb} {name!r}, which does not exist; {meant(name, candidates)}{at(name)}"
             for name in names

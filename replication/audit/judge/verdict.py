@@ -7,7 +7,7 @@ from typing import Any
 
 import msgspec
 
-from replication.audit.judge.agreement import BY_DIGITS, Target, judge_bound, judge_uncertain, judge_value
+from replication.audit.judge.agreement import BY_DIGITS, Target, judge_uncertain, judge_value
 from replication.audit.judge.agreement import SMALLEST_PROBABILITY as SMALLEST_PROBABILITY
 from replication.audit.judge.numerals import digits, short
 from replication.audit.judge.policies import once_corrected, under_some, with_excess, with_inputs, with_own
@@ -232,9 +232,12 @@ def _compare(case: Case) -> Judgement:
         raise AuditError(f"a claim of kind {claim.kind} needs its printed value")
     if isinstance(case.target, AuditError):
         raise case.target
-    if claim.kind is Kind.BOUND:
-        judgement = judge_bound(case.target, evidence)
-    elif any(entry.spread for entry in case.target.printed.entries):
+    printed = case.target.printed
+    if printed.relation and claim.kind is not Kind.BOUND:
+        raise AuditError(f"printed value {printed.text!r} is a relation; a claim of kind bound compares those")
+    if claim.kind is Kind.BOUND and not printed.relation:
+        raise AuditError(f"printed value {printed.text!r} has no relation; a bound is printed like <0.001 or ≥2")
+    if any(entry.spread for entry in printed.entries):
         judgement = judge_uncertain(case.target, evidence, claim.uncertainty)
     else:
         judgement = judge_value(case.target, evidence)

@@ -1,10 +1,9 @@
 """The tutorial notebooks: executed, then written as pages that load nothing."""
 
 import importlib
-import json
 import re
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -13,13 +12,12 @@ from markupsafe import Markup
 
 from replication.audit.project import read_settings
 from replication.audit.report.templates import environment, set_inline, source
+from replication.audit.store.cache import Cache, Dependencies, Entry
 from replication.audit.store.provenance import LOCK
 from replication.errors import AuditError, one_of
 from replication.files import sha256, write_atomically
 
 FOLDER, CACHE = "docs/notebooks", ".cache/notebooks"
-KEY = "made_from"
-"""Entry of a kept notebook: the checksum of all that it was made from."""
 SECONDS = 600
 """What one cell may take."""
 
@@ -32,42 +30,29 @@ matplotlib.rcParams["svg.fonttype"] = "none"
 
 
 def build_notebooks(root: Path, output: Path, names: Sequence[str] = ()) -> Iterator[tuple[Path, bool]]:
-    """Execute the notebooks in docs/notebooks of the project at `root` (all unless named) and write pages to `output`.
-
-    Gives each page, and whether its notebook had to be executed.
-    Raises AuditError for an unknown name, and for a notebook with an error, which it names with the cell.
-    """
-    paths = {path.stem: path for path in sorted((root / FOLDER).glob("*.ipynb"))}
-    chosen = [one_of("notebook", name, paths) for name in names] or list(paths)
-    for name, notebook, fresh in executed([paths[name] for name in chosen], root):
+    """Write the notebooks, as `executed`, as pages to `output`: each page, and whether its notebook was executed."""
+    for name, notebook, fresh in executed(root, names):
         page = output / f"{name}.html"
         write_atomically(page, _page(notebook).encode())
         yield page, fresh
 
 
-def executed(paths: Iterable[Path], root: Path) -> Iterator[tuple[str, Any, bool]]:
-    """The notebooks with their outputs, kept in the cache of `root` until one, the sources or the lock change.
+def executed(root: Path, names: Sequence[str] = ()) -> Iterator[tuple[str, Any, bool]]:
+    """The notebooks in docs/notebooks of the project at `root` (all unless named) with their outputs.
 
-    Each with its name, and whether it had to be executed.
+    Each with its name, and whether it had to be executed: the cache of `root` keeps it until the notebook, the sources
+    or the lock change.
+    Raises AuditError for an unknown name, and for a notebook with an error, which it names with the cell.
     """
-    sources = _sources(root)
-    for path in paths:
-        key = sha256(sources + path.read_bytes())
-        copy = root / CACHE / path.name
-        fresh = _key(copy) != key
-        if fresh:
-            notebook = execute(path, root)
-            notebook.metadata[KEY] = key
-            write_atomically(copy, _needed("nbformat").writes(notebook).encode())
-        yield path.stem, _needed("nbformat").read(copy, as_version=4), fresh
-
-
-def _key(path: Path) -> str:
-    """What a kept notebook was made from; empty for none, or for what is not whole."""
-    try:
-        return str(json.loads(path.read_bytes())["metadata"].get(KEY, ""))
-    except (FileNotFoundError, ValueError, LookupError, TypeError, AttributeError):
-        return ""
+    paths = {path.stem: path for path in sorted((root / FOLDER).glob("*.ipynb"))}
+    cache, sources = Cache(root / CACHE), _sources(root)
+    for name in [one_of("notebook", name, paths) for name in names] or paths:
+        needed = Dependencies(sources=sources, function=__name__, inputs=paths[name].read_text(encoding="utf-8"))
+        kept = cache.lookup(name, needed).entry
+        entry = kept or Entry(dependencies=needed, seconds=0.0, solvers=(), result=execute(paths[name], root))
+        if kept is None:
+            cache.store(name, entry)
+        yield name, _needed("nbformat").from_dict(entry.result), kept is None
 
 
 def execute(path: Path, root: Path) -> Any:
@@ -130,9 +115,9 @@ def _drawing_lines(notebook: Any) -> Iterator[str]:
                 yield cell.source.splitlines()[-1]
 
 
-def _sources(root: Path) -> bytes:
+def _sources(root: Path) -> dict[str, str]:
     """What a notebook may depend on: the lock, all Python files of package and papers, and what the papers print."""
     papers = read_settings(root).papers
     folders = (("replication", "*.py"), (papers, "*.py"), (papers, "*.toml"))
     files = [root / LOCK, *(path for name, kind in folders for path in sorted((root / name).rglob(kind)))]
-    return "".join(map(sha256, files)).encode()
+    return {path.relative_to(root).as_posix(): sha256(path) for path in files}

@@ -14,7 +14,7 @@ from replication.audit.judge.policies import once
 from replication.audit.judge.printed import Printed
 from replication.audit.model import CORRECTED, DISAGREES, HOLDS, Kind, Policy, StatedClaim, Verdict
 from replication.audit.report.entries import EntryView, side_by_side
-from replication.audit.store.records import ClaimRecord, ResultsFile
+from replication.audit.store.records import ClaimRecord
 from replication.errors import AuditError
 
 _NAMED = {
@@ -55,6 +55,19 @@ class Standing:
     claims: int
 
     @property
+    def outcome(self) -> tuple[str, Verdict | None, str]:
+        """In words, with their tone before, and the verdict whose mark says the same, if any does."""
+        if self.broken:
+            return "fails", Verdict.REFUTED, "false guarantee" if self.refuted else "guarantee fails"
+        if self.open:
+            return "partly", None, "depends on the reading"
+        if self.failing:
+            return "partly", None, "one result differs" if self.failing == 1 else "results differ"
+        if self.corrected:
+            return "holds", Verdict.REPRODUCED_AFTER_ERRATUM, "holds once corrected"
+        return "holds", Verdict.REPRODUCED, "nothing fails"
+
+    @property
     def rank(self) -> tuple[bool, bool]:
         """The order of papers: first a false guarantee, then one that hangs on the reading, then the others."""
         return not self.broken, not self.open
@@ -78,12 +91,6 @@ def standing(claims: Iterable[ClaimRecord]) -> Standing:
         failing=sum(claim.verdict in DISAGREES for claim in records),
         claims=len(records),
     )
-
-
-def standings(results: ResultsFile) -> dict[str, Standing]:
-    """How each paper stands, by its key, in the one order in which papers are shown."""
-    entries = {p.key: standing(claim for claim in results.claims if claim.paper == p.key) for p in results.papers}
-    return dict(sorted(entries.items(), key=lambda item: item[1].rank))
 
 
 def consequence(claim: StatedClaim) -> Consequence:

@@ -1,138 +1,22 @@
-"""The opening of the report: all claims in one picture, and of each paper a verdict, a headline, and what shows it.
+"""The opening of the report: what shows the result of each paper.
 
-In the picture a paper is a row and a consequence a column. A paper declares headline and picture in its brief. One that
-does not is told by its first finding, and shown by the entries of its first table, so that a project of any field has
-an opening.
+A paper declares headline and picture in its brief. One that does not is told by its first finding, and shown by the
+entries of its first table, so that a project of any field has an opening.
 """
 
 import math
 import re
-from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from replication.audit.brief import Bars, Consequence, Curve, Entries, Pair, Traces
-from replication.audit.inspect.headline import Tally, tally
+from replication.audit.brief import Bars, Curve, Entries, Pair, Traces
 from replication.audit.judge import numerals
-from replication.audit.model import DISAGREES, Verdict
-from replication.audit.report.claim import ClaimView, Standing, anchor, standing
+from replication.audit.report.claim import ClaimView
 from replication.audit.report.entries import EntryView
 from replication.audit.report.explore import Axes, axes, shown_part, table
 from replication.audit.report.paper import PaperView, TableView
-from replication.audit.report.told import BriefView, Told
 from replication.errors import AuditError
-
-ORDER = (
-    Verdict.ERROR,
-    Verdict.REFUTED,
-    Verdict.DIFFERS,
-    Verdict.REPRODUCED_AFTER_ERRATUM,
-    Verdict.COMPATIBLE,
-    Verdict.REPRODUCED,
-    Verdict.CONSISTENT,
-    Verdict.UNDETERMINED,
-)
-"""Order of the marks in a cell: what does not stand, what does, what nobody can tell."""
-
-MOST_PLACES = 3
-_END = re.compile(r"(-\d+|\.[^.]*\d[^.]*)+$")
-"""What numbers a claim among others of one name."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Cell:
-    """The claims of a paper of one consequence. timed: run times of another computer, which are one mark; repeats: how
-    many claims say again what another one says. failing: what does not hold, in words, with its number and verdict.
-    """
-
-    consequence: Consequence
-    marks: tuple[ClaimView, ...]
-    timed: tuple[ClaimView, ...]
-    failing: tuple[tuple[str, int, Verdict], ...]
-    repeats: int
-
-
-@dataclass(frozen=True, kw_only=True)
-class Lane:
-    """One paper, with how it stands."""
-
-    paper: PaperView
-    cells: tuple[Cell, ...]
-    standing: Standing
-
-    @property
-    def failing(self) -> tuple[tuple[str, int], ...]:
-        """What does not hold, in words, each with its number."""
-        return tuple((words, number) for cell in self.cells for words, number, _ in cell.failing)
-
-
-@dataclass(frozen=True, kw_only=True)
-class Field:
-    """The rows, and how the claims add up.
-
-    broken: the papers of which a theorem fails. off: those of which only other results do. mended: of which a theorem
-    holds once corrected, and none fails.
-    """
-
-    broken: tuple[Lane, ...]
-    off: tuple[Lane, ...]
-    mended: tuple[Lane, ...]
-    lanes: tuple[Lane, ...]
-    columns: tuple[Consequence, ...]
-    tally: Tally
-
-
-def field(papers: Sequence[PaperView]) -> Field:
-    """The picture of all papers, in their order."""
-    lanes = [
-        Lane(
-            paper=paper,
-            cells=tuple(_cell(paper, kind) for kind in Consequence),
-            standing=standing(view.record for view in paper.claims),
-        )
-        for paper in papers
-    ]
-    filled = {cell.consequence for lane in lanes for cell in lane.cells if cell.marks or cell.timed}
-    return Field(
-        broken=tuple(lane for lane in lanes if lane.failing and lane.standing.broken),
-        off=tuple(lane for lane in lanes if lane.failing and not lane.standing.broken),
-        mended=tuple(lane for lane in lanes if lane.standing.corrected and not lane.standing.broken),
-        lanes=tuple(lanes),
-        columns=tuple(kind for kind in Consequence if kind in filled),
-        tally=tally(view.record for paper in papers for view in paper.claims),
-    )
-
-
-def _cell(paper: PaperView, kind: Consequence) -> Cell:
-    listed = [view for view in paper.claims if view.consequence is kind]
-    counted = [view for view in listed if view.record.counted]
-    timed = [view for view in counted if view.record.timed]
-    marks = sorted((view for view in counted if view not in timed), key=lambda view: ORDER.index(view.record.verdict))
-    failing: dict[tuple[str, Verdict], list[ClaimView]] = defaultdict(list)
-    for view in marks:
-        if view.record.verdict in DISAGREES:
-            failing[_named(view), view.record.verdict].append(view)
-    return Cell(
-        consequence=kind,
-        marks=tuple(marks),
-        timed=tuple(timed),
-        failing=tuple(
-            (_named(views[0], alone=len(views) == 1), len(views), verdict) for (_, verdict), views in failing.items()
-        )[:MOST_PLACES],
-        repeats=sum(bool(view.record.claim.repeats) for view in listed),
-    )
-
-
-def _named(view: ClaimView, alone: bool = False) -> str:
-    """A failing claim in words: the table that it is an entry of, or else what its name says; its number if alone."""
-    if view.consequence is Consequence.TABLE:
-        return view.record.claim.place.partition(";")[0].partition(",")[0].strip()
-    name = view.record.id.partition(".")[2]
-    numbered = _END.search(name) if alone else None
-    name = _END.sub("", name).rpartition(".")[2] + (numbered[0] if numbered else "")
-    return re.sub(r"[-.]", " ", name)
-
 
 MOST_ROWS, MOST_COLUMNS = 3, 8
 """Entries of a table that stand for a paper without a picture of its own."""
@@ -202,63 +86,11 @@ class EntriesView:
     box = (50 - 25 / SHOWN, 50 / SHOWN)
 
 
-@dataclass(frozen=True, kw_only=True)
-class Row:
-    """What the opening says of one paper; tone: of its verdict, which the word says too. mark: that of the legend
-    which says the same, if any does. proofs: the certificates of what the headline links, in its order.
+def picture_of(paper: PaperView, figures: Path) -> TracesView | tuple[BarView, ...] | EntriesView | None:
+    """What shows the result of a paper, if anything does; figures: where the tables of the figures lie.
+
+    Raises AuditError where its picture names a figure, column or claim that the paper does not have.
     """
-
-    paper: PaperView
-    tone: str
-    mark: Verdict | None
-    verdict: str
-    headline: Told
-    said: Told | None
-    picture: TracesView | tuple[BarView, ...] | EntriesView | None
-    proofs: tuple[str, ...]
-
-
-def rows(lanes: Iterable[Lane], told: Mapping[str, BriefView | None], figures: Path) -> tuple[Row, ...]:
-    """A row for each paper; figures: where the tables of the figures lie.
-
-    Raises AuditError where a picture names a figure, column or claim that the paper does not have.
-    """
-    return tuple(_row(lane, told.get(lane.paper.record.key), figures) for lane in lanes if lane.standing.claims)
-
-
-def _row(lane: Lane, brief: BriefView | None, figures: Path) -> Row:
-    paper, stands = lane.paper, lane.standing
-    tone, mark, word = _verdict(stands)
-    findings = paper.record.findings
-    first = findings[0] if findings else paper.record.title
-    headline = brief.headline if brief and brief.headline.text else Told(parts=((first, ""),), shaken=False)
-    linked = [link for _, link in headline.parts if link]
-    known = {anchor("claim", view.record.id): view.record.evidence.certificates for view in paper.claims}
-    return Row(
-        paper=paper,
-        tone=tone,
-        mark=mark,
-        verdict=brief.verdict.text if brief and brief.verdict.text else word,
-        headline=headline,
-        said=brief.card if brief else None,
-        picture=_picture(paper, figures),
-        proofs=tuple(path for link in linked for path in known.get(link, ())),
-    )
-
-
-def _verdict(stands: Standing) -> tuple[str, Verdict | None, str]:
-    if stands.broken:
-        return "fails", Verdict.REFUTED, "false guarantee" if stands.refuted else "guarantee fails"
-    if stands.open:
-        return "partly", None, "depends on the reading"
-    if stands.failing:
-        return "partly", None, "one result differs" if stands.failing == 1 else "results differ"
-    if stands.corrected:
-        return "holds", Verdict.REPRODUCED_AFTER_ERRATUM, "holds once corrected"
-    return "holds", Verdict.REPRODUCED, "nothing fails"
-
-
-def _picture(paper: PaperView, figures: Path) -> TracesView | tuple[BarView, ...] | EntriesView | None:
     picture = paper.record.brief.picture if paper.record.brief is not None else None
     if isinstance(picture, Traces):
         drawn = {figure.record.name for figure in paper.figures if figure.drawing}

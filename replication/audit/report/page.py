@@ -14,10 +14,8 @@ must stand elsewhere in the results.
 
 import base64
 import bisect
-import csv
 import dataclasses
 import hashlib
-import io
 import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -30,20 +28,20 @@ from typing import Any
 import msgspec
 from markupsafe import Markup
 
-from replication.audit.brief import Brief
+from replication.audit.brief import Brief, Consequence
 from replication.audit.inspect.headline import GROUPS, headline, plain
 from replication.audit.judge import numerals
 from replication.audit.publish.linked_data import filled
-from replication.audit.report.claim import MEANING, standings, targets
+from replication.audit.report.claim import MEANING, targets
 from replication.audit.report.evidence import checks, drawings, packed, played
-from replication.audit.report.opening import field, rows
+from replication.audit.report.opening import picture_of
 from replication.audit.report.paper import PaperView, paper_view
 from replication.audit.report.sections import across, chart, sections
 from replication.audit.report.templates import environment, source, style_sheet, terms
 from replication.audit.report.told import briefs
 from replication.audit.store.records import FigureRecord, ResultsFile
 from replication.errors import AuditError
-from replication.files import write_atomically, write_directory
+from replication.files import csv_text, write_atomically, write_directory
 
 UNPRINTED = ("scope", "policies", "tolerances", "sensitivity", "lineage", "experiments")
 """Parts and sections that stand on a screen only; the contents of the print edition leave them out."""
@@ -78,10 +76,10 @@ def shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
     results = msgspec.convert(msgspec.to_builtins(results, order="deterministic"), ResultsFile)
     _require_known(results)
     read = targets(results.claims)
-    order = list(standings(results))
-    records = sorted(results.papers, key=lambda paper: order.index(paper.key))
-    papers = [paper_view(paper, results, figures, read) for paper in records]
-    summaries, drawn = dict.fromkeys(order, None) | briefs(results), field(papers)
+    views = [paper_view(paper, results, figures, read) for paper in results.papers]
+    papers = sorted(views, key=lambda paper: paper.standing.rank)
+    summaries = dict.fromkeys(paper.record.key for paper in papers) | briefs(results)
+    met = {cell.consequence for paper in papers for cell in paper.cells if cell.marks or cell.timed}
     return {
         "results": results,
         "run": results.run,
@@ -90,8 +88,8 @@ def shown(results: ResultsFile, figures: Path) -> dict[str, Any]:
         "claims_by_id": {view.record.id: view for paper in papers for view in paper.claims},
         "certificates_by_path": {certificate.path: certificate for certificate in results.certificates},
         "headline": headline(results),
-        "field": drawn,
-        "rows": rows(drawn.lanes, summaries, figures),
+        "columns": [kind for kind in Consequence if kind in met],
+        "pictures": {paper.record.key: picture_of(paper, figures) for paper in papers if paper.standing.claims},
         "costs": chart(across(results)),
         "groups": GROUPS,
         "plain": plain,
@@ -172,8 +170,9 @@ def _files(paper: PaperView, known: Mapping[str, Any]) -> Iterable[tuple[str, st
     key = paper.record.key
     for end, sheet in (("", False), ("-corrections", True)):
         yield f"{key}{end}.html", _page(paper, known, sheet=sheet)
-    yield f"{key}.csv", _table(_CLAIMS, (_claim(view.record) for view in paper.claims))
-    yield f"{key}-corrections.csv", _table(_ERRATA, ([getattr(e, name) for name in _ERRATA] for e in paper.errata))
+    yield f"{key}.csv", csv_text(_CLAIMS, (_claim(view.record) for view in paper.claims))
+    errata = ([getattr(erratum, name) for name in _ERRATA] for erratum in paper.errata)
+    yield f"{key}-corrections.csv", csv_text(_ERRATA, errata)
 
 
 def _page(paper: PaperView, known: Mapping[str, Any], *, sheet: bool) -> str:
@@ -196,14 +195,6 @@ def _claim(record: Any) -> list[object]:
     computed = evidence.value if evidence.value is not None else evidence.holds
     head = [record.id, claim.place, claim.statement, claim.printed, computed, evidence.lower, evidence.upper]
     return [*head, record.verdict, judgement.proved, judgement.reason, evidence.code]
-
-
-def _table(header: Iterable[str], rows: Iterable[Iterable[object]]) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(header)
-    writer.writerows(["" if cell is None else cell for cell in row] for row in rows)
-    return text.getvalue()
 
 
 NOT_READ = frozenset({"script", "style", "svg", "code", "pre"})

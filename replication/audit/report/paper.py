@@ -1,7 +1,8 @@
 """What the report shows of one paper: its record with counts, claims, tables, figures and errata."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,9 +12,9 @@ from replication.audit.brief import Consequence, Explorer
 from replication.audit.inspect.headline import Tally, counts, grouped, tally
 from replication.audit.judge.agreement import Target
 from replication.audit.judge.policies import once
-from replication.audit.model import Kind, Reading, Verdict
+from replication.audit.model import DISAGREES, Kind, Reading, Verdict
 from replication.audit.parts import CELL, Table
-from replication.audit.report.claim import MEANING, ClaimView, views
+from replication.audit.report.claim import MEANING, ClaimView, Standing, standing, views
 from replication.audit.report.evidence import Ladder, ladders
 from replication.audit.report.explore import PictureView, explorers
 from replication.audit.report.templates import mathml
@@ -105,12 +106,76 @@ class FigureView:
     styles: Mapping[str, str] = field(default_factory=dict)
 
 
+ORDER = (
+    Verdict.ERROR,
+    Verdict.REFUTED,
+    Verdict.DIFFERS,
+    Verdict.REPRODUCED_AFTER_ERRATUM,
+    Verdict.COMPATIBLE,
+    Verdict.REPRODUCED,
+    Verdict.CONSISTENT,
+    Verdict.UNDETERMINED,
+)
+"""Order of the marks in a cell: what does not stand, what does, what nobody can tell."""
+
+MOST_PLACES = 3
+_END = re.compile(r"(-\d+|\.[^.]*\d[^.]*)+$")
+"""What numbers a claim among others of one name."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cell:
+    """The claims of a paper of one consequence, which is a column in the picture of all claims. timed: run times of
+    another computer, which are one mark; repeats: how many claims say again what another one says. failing: what does
+    not hold, in words, with its number and verdict.
+    """
+
+    consequence: Consequence
+    marks: tuple[ClaimView, ...]
+    timed: tuple[ClaimView, ...]
+    failing: tuple[tuple[str, int, Verdict], ...]
+    repeats: int
+
+
+def cell_of(claims: Iterable[ClaimView], kind: Consequence) -> Cell:
+    """What the picture of all claims has of a paper in the column of this consequence."""
+    listed = [view for view in claims if view.consequence is kind]
+    counted = [view for view in listed if view.record.counted]
+    timed = [view for view in counted if view.record.timed]
+    marks = sorted((view for view in counted if view not in timed), key=lambda view: ORDER.index(view.record.verdict))
+    failing: dict[tuple[str, Verdict], list[ClaimView]] = defaultdict(list)
+    for view in marks:
+        if view.record.verdict in DISAGREES:
+            failing[_named(view), view.record.verdict].append(view)
+    return Cell(
+        consequence=kind,
+        marks=tuple(marks),
+        timed=tuple(timed),
+        failing=tuple(
+            (_named(views[0], alone=len(views) == 1), len(views), verdict) for (_, verdict), views in failing.items()
+        )[:MOST_PLACES],
+        repeats=sum(bool(view.record.claim.repeats) for view in listed),
+    )
+
+
+def _named(view: ClaimView, alone: bool = False) -> str:
+    """A failing claim in words: the table that it is an entry of, or else what its name says; its number if alone."""
+    if view.consequence is Consequence.TABLE:
+        return view.record.claim.place.partition(";")[0].partition(",")[0].strip()
+    name = view.record.id.partition(".")[2]
+    numbered = _END.search(name) if alone else None
+    name = _END.sub("", name).rpartition(".")[2] + (numbered[0] if numbered else "")
+    return re.sub(r"[-.]", " ", name)
+
+
 @dataclass(frozen=True, kw_only=True)
 class PaperView:
-    """All that the report shows of one paper."""
+    """All that the report shows of one paper; cells: its row in the picture of all claims."""
 
     record: PaperRecord
     claims: tuple[ClaimView, ...]
+    standing: Standing
+    cells: tuple[Cell, ...]
     counts: Mapping[Verdict, int]
     tally: Tally
     total: int
@@ -207,6 +272,8 @@ def paper_view(paper: PaperRecord, results: ResultsFile, figures: Path, read: Ma
     return PaperView(
         record=paper,
         claims=shown,
+        standing=standing(claims),
+        cells=tuple(cell_of(shown, kind) for kind in Consequence),
         counts=counts(claims),
         tally=tally(claims),
         total=len(once(claims)),

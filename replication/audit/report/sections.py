@@ -35,15 +35,13 @@ class Column:
     """
 
     paper: PaperRecord
-    sensor: str
-    measure: str
     ideal: CommonLevel
     costs: dict[int, tuple[float, float]]
 
     @property
     def name(self) -> str:
         """The sensor in short, without how m is meant."""
-        return self.sensor.partition(": ")[0]
+        return self.ideal.sensor.partition(": ")[0]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,8 +82,8 @@ def chart(shown: Sequence[Column]) -> Chart | None:
     """
     if not shown:
         return None
-    ((measure, number),) = Counter(column.measure.casefold() for column in shown).most_common(1)
-    chosen = [c for c in shown if c.measure.casefold() == measure and len(c.costs) > 1]
+    ((measure, number),) = Counter(column.ideal.measure.casefold() for column in shown).most_common(1)
+    chosen = [c for c in shown if c.ideal.measure.casefold() == measure and len(c.costs) > 1]
     if number < 2 or len(chosen) < 2:
         return None
     multiples = sorted({m for column in chosen for m in column.costs})
@@ -112,11 +110,11 @@ def chart(shown: Sequence[Column]) -> Chart | None:
         )
     return Chart(
         words=tuple(dict.fromkeys(re.split(r",| \(", column.name)[0] for column in chosen)),
-        measure=chosen[0].measure,
+        measure=chosen[0].ideal.measure,
         curves=tuple(curves),
         x_ticks=tuple((m, round(frame.x(m), 1)) for m in multiples),
         y_ticks=frame.y_ticks,
-        left=tuple(column for column in shown if column.measure.casefold() != measure),
+        left=tuple(column for column in shown if column.ideal.measure.casefold() != measure),
         peak=max(costs),
     )
 
@@ -131,7 +129,7 @@ def across(results: ResultsFile) -> tuple[Column, ...]:
             if ideal is not None:
                 costs = {level.multiple: (level.lower / ideal.upper, level.upper / ideal.lower) for level in levels}
                 costs[1] = (1.0, 1.0)
-                columns.append(Column(paper=paper, sensor=sensor, measure=ideal.measure, ideal=ideal, costs=costs))
+                columns.append(Column(paper=paper, ideal=ideal, costs=costs))
     return tuple(columns)
 
 

@@ -54,12 +54,13 @@ class Target:
 class Told:
     """A sentence in parts, each with its link or none; shaken: whether a claim it rests on has changed its verdict.
 
-    numbers: those of the run in it.
+    numbers: those of the run in it. proofs: the certificates of the claims that it links.
     """
 
     parts: tuple[tuple[str, str], ...]
     shaken: bool
     numbers: tuple[float, ...] = ()
+    proofs: tuple[str, ...] = ()
 
     @property
     def text(self) -> str:
@@ -131,6 +132,7 @@ def _told(sentence: str, line: str, key: str, known: Mapping[str, Target]) -> To
     filled = {numeral[0]: _filled(numeral, key, known) for numeral in _NUMBER.finditer(sentence)}
     sentence = _NUMBER.sub(lambda numeral: filled[numeral[0]][0], sentence)
     parts: list[tuple[str, str]] = []
+    proofs: list[str] = []
     end, shaken = 0, False
     for match in LINK.finditer(require_short(sentence)):
         words, sign, name = match.groups()
@@ -143,9 +145,10 @@ def _told(sentence: str, line: str, key: str, known: Mapping[str, Target]) -> To
             )
         shaken = shaken or target.shaken
         parts += [(sentence[end : match.start()], ""), (words, target.link)]
+        proofs += target.record.evidence.certificates if target.record is not None else ()
         end = match.end()
     numbers = tuple(number for _, number in filled.values() if math.isfinite(number))
-    return Told(parts=(*parts, (sentence[end:], "")), shaken=shaken, numbers=numbers)
+    return Told(parts=(*parts, (sentence[end:], "")), shaken=shaken, numbers=numbers, proofs=tuple(proofs))
 
 
 def _target(name: str, key: str, known: Mapping[str, Target]) -> Target:

@@ -3,8 +3,6 @@
 A figure is drawn again only if something that it depends on has changed, or a file is not as it was left.
 """
 
-import csv
-import io
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -19,7 +17,7 @@ from replication.audit.judge.numerals import require_found, require_title
 from replication.audit.parts import Figure, FigureData, Paper
 from replication.audit.project import read_settings
 from replication.audit.run.chance import copied
-from replication.audit.run.tracing import labels, state, traced, untraced
+from replication.audit.run.tracing import noted, state, traced
 from replication.audit.run.worker import Step, describe
 from replication.audit.store.cache import Cache, Dependencies, Entry, encode
 from replication.audit.store.provenance import Environment, loaded
@@ -28,7 +26,7 @@ from replication.audit.store.sources import SourceTree, default_packages
 from replication.drawing.panels import as_svg
 from replication.drawing.style import house_style
 from replication.errors import AuditError
-from replication.files import read_columns, sha256, write_atomically
+from replication.files import csv_text, read_columns, sha256, write_atomically
 
 DIGITS = 10
 """Significant digits of a new number. Another processor rounds otherwise, and some number always lies at an edge: data
@@ -116,7 +114,7 @@ class Drawings:
         with traced(self._root) as trace:
             trace.written.update(f"{(directory / figure.name).resolve()}{suffix}" for suffix in (".csv", ".svg"))
             record = write_figure(figure, paper.key, results, directory, self._tree)
-        data, loose = labels(trace, self._tree, needed.sources), untraced(trace, self._tree, needed.sources)
+        data, loose = noted(trace, self._tree, needed.sources)
         files = checksums(directory, figure.name)
         if not (record.error or loose):
             result = {"record": msgspec.to_builtins(record), "files": files}
@@ -130,11 +128,7 @@ def to_csv(data: FigureData) -> bytes:
     if not any(data.columns.values()):
         raise AuditError("the figure has no data; give at least one column with one number")
     columns = [[_cell(name, number) for number in column] for name, column in data.columns.items()]
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(data.columns)
-    writer.writerows(zip_longest(*columns, fillvalue=""))
-    return stream.getvalue().encode()
+    return csv_text(data.columns, zip_longest(*columns)).encode()
 
 
 def write_figure(

@@ -3,9 +3,8 @@
 import functools
 import json
 import math
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -22,13 +21,13 @@ from replication.audit.run.assemble import assemble
 from replication.audit.run.command import execute, held
 from replication.audit.run.draw import Drawings, Drawn
 from replication.audit.run.prove import prove
-from replication.audit.run.tracing import labels, state, traced, untraced
+from replication.audit.run.tracing import noted, state, traced
 from replication.audit.run.worker import Action, Answer, Compute, Step, Task, describe, function_name, processes
 from replication.audit.store.cache import Cache, Dependencies, Entry, Lookup, encode, solvers_in
 from replication.audit.store.provenance import Environment, loaded, plain, read_environment, run_record
 from replication.audit.store.records import ResultsFile
 from replication.audit.store.sources import SourceTree, default_packages, parents
-from replication.errors import AuditError, meant
+from replication.errors import AuditError
 from replication.extras import canonical
 
 EDITED = "not kept: its sources or data were edited while it ran"
@@ -43,8 +42,8 @@ class Outcome:
     results_by_experiment: result by name, without the experiments that failed. results: the file.
     log: what was done about each experiment, in the order of the papers. failures: the errors that no record carries,
     those of findings, sensitivity and common levels. unused: experiments whose results nobody read.
-    environment: that in which it ran. traced: the state of all that was read beside the sources. untraced: what was
-    done that cannot be followed. drawn: each figure, None for one that is out of date.
+    traced: the state of all that was read beside the sources. untraced: what was done that cannot be followed. drawn:
+    each figure, None for one that is out of date.
     """
 
     results_by_experiment: Mapping[str, Any]
@@ -52,7 +51,6 @@ class Outcome:
     log: tuple[Step, ...]
     failures: tuple[str, ...]
     unused: tuple[str, ...]
-    environment: Environment
     traced: Mapping[str, str]
     untraced: tuple[str, ...]
     drawn: Mapping[str, Drawn | None]
@@ -93,7 +91,8 @@ def run(
         Experiment(name=proof.task, function=prove, inputs={"path": proof.path, "subject": dict(proof.subject)})
         for proof in certificates
     ]
-    for wave in _waves([*_all(papers), *proving], sources):
+    experiments = [experiment for paper in papers for experiment in paper.experiments]
+    for wave in _waves([*experiments, *proving]):
         steps |= {step.name: step for experiment in wave if (step := _blocked(experiment, steps)) is not None}
         ready = [experiment for experiment in wave if experiment.name not in steps]
         planned = _plan(ready, steps, root, cache, environment, sources, timeout)
@@ -111,20 +110,21 @@ def run(
     declared = set(map(canonical, environment.packages))
     versions = {name: version for task, _ in plans.values() for name, version in task.dependencies.packages.items()}
     imported = {name: version for name, version in plain(versions).items() if canonical(name) not in declared}
-    environment = replace(environment, loaded=imported)
-    order = [*(experiment.name for experiment in _all(papers)), *(entry.task for entry in certificates)]
+    record_of_run = run_record(root, environment, imported)
+    order = [*(experiment.name for experiment in experiments), *(entry.task for entry in certificates)]
     values = {name: entry.result for name in order if (entry := steps[name].entry) is not None}
     proofs = [record(proof, values.pop(proof.task, None), steps[proof.task].error) for proof in certificates]
     with traced(root) as trace:
-        results, failures, unused = assemble(papers, steps, run_record(root, environment), sources, proofs, unproved)
+        results, failures, unused = assemble(papers, steps, record_of_run, sources, proofs, unproved)
     entries = [step.entry for step in steps.values() if step.entry is not None]
     drawn = [figure for figure in drawings.done.values() if figure is not None]
-    read = {label: now for entry in entries for label, now in entry.data.items()} | labels(trace, sources, ())
+    seen, loose = noted(trace, sources, ())
+    read = {label: now for entry in entries for label, now in entry.data.items()} | seen
     read |= {label: now for figure in drawn for label, now in figure.read.items()}
     folders = (".", *packages)
     elsewhere = [(label, sha) for task, _ in plans.values() for label, sha in task.dependencies.sources.items()]
     read |= {label: sha for label, sha in elsewhere if label.partition("/")[0] not in folders}
-    notes = [entry.untraced for entry in entries] + [plot.untraced for plot in drawn] + [untraced(trace, sources, ())]
+    notes = [entry.untraced for entry in entries] + [plot.untraced for plot in drawn] + [loose]
     figured = tuple(figure.record for figure in drawn)
     return Outcome(
         results_by_experiment=values,
@@ -132,21 +132,15 @@ def run(
         log=tuple(steps[name] for name in order),
         failures=failures,
         unused=unused,
-        environment=environment,
         traced=read,
         untraced=tuple(sorted({words for part in notes for words in part})),
         drawn=drawings.done,
     )
 
 
-def _waves(experiments: Sequence[Experiment], sources: SourceTree) -> Iterator[list[Experiment]]:
-    """The experiments, those first that need no other; AuditError for one that is needed and not there, or a circle."""
+def _waves(experiments: Sequence[Experiment]) -> Iterator[list[Experiment]]:
+    """The experiments, those first that need no other; AuditError for a circle."""
     known = {experiment.name: experiment for experiment in experiments}
-    for experiment in experiments:
-        for name in experiment.needs:
-            if name not in known:
-                where = sources.mentioned(experiment.name)
-                raise AuditError(f"experiment {experiment.name!r} needs {name!r}; {meant(name, known)}{where}")
     order = TopologicalSorter({experiment.name: experiment.needs for experiment in experiments})
     try:
         order.prepare()
@@ -203,16 +197,6 @@ def _plan(
         task = Task(name, dependencies, arguments, folders, dynamic, experiment.timeout or timeout)
         plans[name] = task, cache.lookup(name, dependencies, partial(state, tree=sources))
     return plans
-
-
-def _all(papers: Sequence[Paper]) -> Iterator[Experiment]:
-    """The experiments; raises AuditError if the name of one cannot name a file."""
-    for experiment in (experiment for paper in papers for experiment in paper.experiments):
-        if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]*", experiment.name):
-            raise AuditError(
-                f"experiment name {experiment.name!r} cannot name a file; use letters, digits, '.', '_' and '-'"
-            )
-        yield experiment
 
 
 def _longest_first(plans: Sequence[Plan]) -> list[Task]:

@@ -85,31 +85,23 @@ def traced(root: Path | None) -> Iterator[Trace]:
         _active = before
 
 
-def labels(
+def noted(
     trace: Trace, tree: SourceTree, sources: Iterable[str] | None, modules: Iterable[str] = ()
-) -> dict[str, str]:
-    """By name of a dependency its state now; see `state`.
+) -> tuple[dict[str, str], tuple[str, ...]]:
+    """By name of a dependency its state now, see `state`; and in words what cannot be followed.
 
     sources: labels of the files that the computation imports; None for all that this process imported.
     modules: imported beside these, by a computed name.
     """
-    parts = _parts(trace, tree, None if sources is None else {*sources, *modules})
+    known = None if sources is None else {*sources, *modules}
+    imported = {tree.label(Path(path)): part for path, part in _imported.items()}
+    parts = [trace, *(part for label, part in imported.items() if known is None or label in known)]
     names = {f"env:{name}" for part in parts for name in part.variables}
     names |= {_label(path, tree) for part in parts for path in part.read if _counts(path, trace.root)}
     names |= {name for part in parts for name in part.named} | set(modules)
     names -= {f"env:{name}" for name in FIXED}
-    return {name: state(name, tree) for name in sorted(names - set(sources or ())) if name}
-
-
-def untraced(trace: Trace, tree: SourceTree, sources: Iterable[str] | None) -> tuple[str, ...]:
-    """What cannot be followed, in words; sources: as for `labels`."""
-    parts = _parts(trace, tree, None if sources is None else set(sources))
-    return tuple(sorted({words for part in parts for words in part.untraced}))
-
-
-def _parts(trace: Trace, tree: SourceTree, sources: set[str] | None) -> list[Trace]:
-    imported = {tree.label(Path(path)): part for path, part in _imported.items()}
-    return [trace, *(part for label, part in imported.items() if sources is None or label in sources)]
+    states = {name: state(name, tree) for name in sorted(names - set(sources or ())) if name}
+    return states, tuple(sorted({words for part in parts for words in part.untraced}))
 
 
 def others(tree: SourceTree, sources: Iterable[str], known: Iterable[str]) -> set[str]:

@@ -31,7 +31,7 @@ import msgspec
 
 from replication.audit.model import Experiment
 from replication.audit.run.chance import CLOCK, dates, kept_environment, shared_generators, shared_state
-from replication.audit.run.tracing import FIXED, labels, loose, others, ours, traced, untraced
+from replication.audit.run.tracing import FIXED, loose, noted, others, ours, traced
 from replication.audit.store.cache import Dependencies, Entry, encode
 from replication.audit.store.provenance import THREADS, kernel, plain, python_minor, read_packages
 from replication.audit.store.sources import SourceTree, default_packages
@@ -120,7 +120,7 @@ def compute(task: Task) -> Answer:
             if dates(function, ours):
                 loose(CLOCK)
         more = others(tree, sources, task.dependencies.packages) if task.alone else set()
-        data, unseen = labels(trace, tree, sources, more), untraced(trace, tree, {*sources, *more})
+        data, unseen = noted(trace, tree, sources, more)
         return Answer(task.name, text, time.perf_counter() - begin, "", data, unseen, trace.files)
     except Late:
         error = f"it took longer than {task.timeout:g} s; find out why, or give it more time: timeout=..."

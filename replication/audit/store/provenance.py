@@ -11,7 +11,7 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -122,14 +122,12 @@ class Environment:
     """What every result depends on beside its own sources: checksum of the lock, Python, installed packages, kernel.
 
     kernel: the instruction set for which the linear algebra chose its code; another one rounds differently.
-    loaded: versions of what experiments import beside the packages that the project declares.
     """
 
     lock_sha256: str
     python: str
     packages: dict[str, str]
     kernel: str
-    loaded: dict[str, str] = field(default_factory=dict)
 
     def of_key(self, loaded: Mapping[str, str], exact: bool = False) -> dict[str, Any]:
         """What the key of a result has of it, as fields of `Dependencies`.
@@ -139,11 +137,6 @@ class Environment:
         packages = {**self.packages, **loaded}
         kernel = "" if exact else self.kernel
         return {"lock": self.lock_sha256, "python": self.python, "packages": packages, "kernel": kernel}
-
-    @property
-    def versions(self) -> dict[str, str]:
-        """Of all packages, declared or loaded."""
-        return dict(sorted({**self.packages, **self.loaded}.items()))
 
 
 def read_environment(root: Path) -> Environment:
@@ -158,9 +151,13 @@ def python_minor(version: str) -> str:
     return ".".join(version.split(".")[:2])
 
 
-def run_record(root: Path, environment: Environment) -> RunRecord:
-    """Provenance of a run at `root` in this environment, with the date of SOURCE_DATE_EPOCH where that is set."""
+def run_record(root: Path, environment: Environment, loaded: Mapping[str, str]) -> RunRecord:
+    """Provenance of a run at `root` in this environment, with the date of SOURCE_DATE_EPOCH where that is set.
+
+    loaded: versions of what experiments import beside the packages that the project declares.
+    """
     commit, dirty = git_state(root)
+    versions = dict(sorted({**environment.packages, **loaded}.items()))
     libraries = {f"{p['internal_api']} {p['version']} ({p.get('architecture', 'unknown')})" for p in _pools()}
     return RunRecord(
         package_version=replication.__version__,
@@ -169,8 +166,8 @@ def run_record(root: Path, environment: Environment) -> RunRecord:
         dirty=dirty,
         lock_sha256=environment.lock_sha256,
         python=platform.python_version(),
-        packages=environment.versions,
-        unlocked=against_lock(environment.versions, root / LOCK),
+        packages=versions,
+        unlocked=against_lock(versions, root / LOCK),
         blas="; ".join(sorted(libraries)) or "unknown",
         threads=THREADS,
         cpu=_cpu_model(),
