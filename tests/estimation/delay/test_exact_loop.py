@@ -10,17 +10,12 @@ from scipy.integrate import quad
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay.exact import response as peak
-from replication.estimation.delay.exact.response import (
-    Cells,
-    Response,
-    error_response,
-    mismatched_response,
-    right_roots,
-)
+from replication.estimation.delay.exact.response import Cells, Response, error_response, mismatched_response, right_roots
 from replication.estimation.delay.exact.terms import Kernel, Terms, plant_terms, projected
 from replication.estimation.delay.general import observer as module
 from replication.estimation.delay.general.observer import DelayObserver, InnovationsObserver, exact_gain, worst_gain
 from replication.estimation.delay.plant import DelayPlant
+from replication.estimation.delay.sos.observer import simulate
 from tests.estimation.delay.plants import averaged, delayed_output, made_up, two_late
 
 OMEGA = np.linspace(0.0, 12.0, 241)
@@ -291,7 +286,8 @@ def test_simulated_errors_reach_the_gain_and_no_more(name: str) -> None:
     times = dt * np.arange(6000)
     envelope = np.sin(np.pi * times / times[-1]) ** 2
     w = (np.exp(1j * found.frequency * times)[:, None] * worst).real * envelope[:, None]
-    trajectory = made.trajectory(times, w)
+    model = made.error_model(24)
+    trajectory = simulate(model, times, w, made.plant.states)
     assert 0.98 * found.lower < trajectory.gain < found.upper * (1 + 1e-3)
     with pytest.raises(InvalidInputError, match="equidistant"):
-        made.trajectory(times**2, w)
+        simulate(model, times**2, w, made.plant.states)
