@@ -10,7 +10,7 @@ from scipy.integrate import quad
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay.exact import response as peak
-from replication.estimation.delay.exact.response import Cells, Response, error_response, mismatched_response, right_roots
+from replication.estimation.delay.exact.response import Response, error_response, mismatched_response, right_roots
 from replication.estimation.delay.exact.terms import Kernel, Terms, plant_terms, projected
 from replication.estimation.delay.general import observer as module
 from replication.estimation.delay.general.observer import DelayObserver, InnovationsObserver, exact_gain, worst_gain
@@ -100,7 +100,7 @@ def test_the_bound_of_a_cell_holds_inside_it(worst: float) -> None:
     spread = np.zeros(delays.shape)
     spread[:, :2] = 10.0 ** rng.uniform(-6.0, -2.0, (60, 2))
     with patch.object(peak, "WORST", worst):
-        middle, above, _ = made.bounded(Cells(omega, half, delays, spread))
+        middle, above, _ = made.bounded(peak.Cells(omega, half, delays, spread))
     assert np.sum(np.isfinite(above)) > 30
     for _ in range(30):
         shift, move = rng.choice([-1.0, 1.0, 0.3], 60), rng.choice([-1.0, 1.0, -0.4], delays.shape)
