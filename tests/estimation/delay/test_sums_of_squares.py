@@ -96,7 +96,7 @@ def test_the_basis_is_orthonormal_and_its_derivative_and_products_are_those_of_t
 
 
 # The operators of a certificate
-@pytest.mark.parametrize(("part", "name"), [("multiplier", "S"), ("point", "P")])
+@pytest.mark.parametrize(("part", "name"), [("multiplier", "S"), ("core", "P")])
 def test_no_gains_without_coercivity(part: str, name: str, moderate: Certificate) -> None:
     gains = observer_gains(moderate)
     wrong = replace(gains.storage, **{part: -getattr(gains.storage, part)})

@@ -14,7 +14,6 @@ import numpy.typing as npt
 import scipy
 
 from replication.estimation.delay.sos import legendre
-from replication.estimation.validation import Array
 
 # Quadratic forms on R^m × L2^n[-1,0]^K as vectors of coefficients over monomials.
 #
@@ -90,19 +89,6 @@ class FormSpace:
         first, second = triangle(self.functions)
         degree = np.repeat(np.arange(self.count, dtype=np.int64), first.size)
         return degree, np.tile(first, self.count), np.tile(second, self.count)
-
-    def split(self, coefficients: Array) -> tuple[Array, Array]:
-        """Symmetric matrix W with form = uᵀWu + multiplier part, and S as an array (count, functions, functions)."""
-        first, second = triangle(self.functionals)
-        core = np.zeros((self.functionals, self.functionals))
-        core[first, second] = coefficients[: self.pair_count] / 2.0
-        core = core + core.T
-        multiplier = np.zeros((self.count, self.functions, self.functions))
-        first, second = triangle(self.functions)
-        values = coefficients[self.pair_count :].reshape(self.count, -1) / 2.0
-        multiplier[:, first, second] += values
-        multiplier[:, second, first] += values
-        return core, multiplier
 
 
 class DegreeRule(StrEnum):
