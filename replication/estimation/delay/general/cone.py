@@ -52,22 +52,10 @@ class Line:
 
 @dataclass(frozen=True)
 class LineForm:
-    """A plant as lines; n states, r disturbances, p outputs to estimate, q measurements."""
+    """A plant as lines, one for each delay that carries something; without known inputs, which the observer copies."""
 
-    states: int  # n
-    outputs: int  # p
-    now: Array  # (n + p + q, n + r) [[A_0, B], [C_10, D_11], [C_2, D_21]]
-    lines: tuple[Line, ...]  # One for each delay that carries something
-
-    @property
-    def inputs(self) -> int:
-        """Number of disturbances r."""
-        return int(self.now.shape[1]) - self.states
-
-    @property
-    def measurements(self) -> int:
-        """Number of measurements q."""
-        return int(self.now.shape[0]) - self.states - self.outputs
+    plant: DelayPlant
+    lines: tuple[Line, ...]
 
     @property
     def width(self) -> int:
@@ -81,10 +69,9 @@ class LineForm:
 
 
 def line_form(plant: DelayPlant) -> LineForm:
-    """The plant as lines; known inputs are left out: the observer copies them."""
-    terms = plant_terms(plant).terms
-    lines = (_line(*line) for line in terms.spread)
-    return LineForm(plant.states, plant.outputs, terms.constant, tuple(line for line in lines if line.width))
+    """The plant as lines."""
+    lines = (_line(*line) for line in plant_terms(plant).terms.spread)
+    return LineForm(plant, tuple(line for line in lines if line.width))
 
 
 def _line(delay: float, end: Array, kernel: Kernel | None) -> Line:
@@ -169,11 +156,12 @@ def rates(form: LineForm, degree: int) -> Rates:
             f"degree must be at least {form.moments} for the averages of this plant, got {degree}; raise it, or give "
             "averages with fewer powers of the age"
         )
-    n, p, r, order = form.states, form.outputs, form.inputs, form.states + degree * form.width
+    (n, p, _, r), present = plant_terms(form.plant).sizes, plant_terms(form.plant).terms.constant
+    order = n + degree * form.width
     size = order + form.width + r
     zeta = np.eye(size)
     now = np.vstack([zeta[:n], zeta[size - r :]])
-    flow = form.now @ now
+    flow = present @ now
     slope, (first, last) = legendre.derivative(degree), legendre.ends(degree)
     lines, start, far = [], n, order
     for line in form.lines:
@@ -300,7 +288,7 @@ def injection(form: LineForm, rates: Rates, storage: Storage) -> tuple[Array, Ar
     (S_i + (1 + s) T_i) L_i = sum_c p_c (Z - W m)_ic; then (W_+ + diag(0, K_i^-1 - S_i)) m = Z, K_i the moments of
     (S_i + (1 + s) T_i)^-1.
     """
-    (z, lz), n = multiplier(rates, storage), form.states
+    (z, lz), n = multiplier(rates, storage), form.plant.states
     degree = len(rates.lines[0].moments) if rates.lines else 1
     points, weights = legendre.gauss(NODES)
     basis = legendre.evaluate(degree, points)

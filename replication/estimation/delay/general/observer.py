@@ -296,7 +296,7 @@ class DelayObserver(DelayGains):
         The far end of line i adds tau L(lag - 1); its moment c adds tau times the integral of p_c(s) L(s + lag) over
         -1 <= s <= -lag.
         """
-        lines, q = self.form.lines, self.form.measurements
+        lines, q = self.form.lines, self.plant.measurements
         constant = np.vstack([self.l0, self.lz, np.zeros((q, q))])
         kernels = tuple(
             Kernel(projected(partial(self._injected, i, line), len(self.kernels[i]) + len(line.moments)))
