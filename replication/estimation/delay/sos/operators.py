@@ -99,17 +99,12 @@ class ObserverGains:
 
 
 def observer_gains(certificate: Certificate) -> ObserverGains:
-    """The operators 𝒫 and 𝒵 of a certificate."""
-    storage, injection = storage_operator(certificate), injection_operator(certificate)
-    return ObserverGains(storage, injection, certificate.change, certificate.time)
+    """The operators of a certificate: 𝒫 is self-adjoint, with V = ⟨e, 𝒫e⟩ on R^n × L2^n[-1,0]^K."""
+    storage = self_adjoint(state_space(certificate.system, certificate.count), certificate.storage)
+    return ObserverGains(storage, _injection(certificate), certificate.change, certificate.time)
 
 
-def storage_operator(certificate: Certificate) -> Operator:
-    """𝒫 with V = ⟨e, 𝒫e⟩, as a self-adjoint operator on R^n × L2^n[-1,0]^K."""
-    return self_adjoint(state_space(certificate.system, certificate.count), certificate.storage)
-
-
-def injection_operator(certificate: Certificate) -> Operator:
+def _injection(certificate: Certificate) -> Operator:
     """𝒵 from the coefficients of 2⟨e, 𝒵C_2e⟩: maps (y_0, y_1(-1), .., y_K(-1)) ∈ R^{q(K+1)} and y_i ∈ L2^q."""
     system, count = certificate.system, certificate.count
     n, q, k = system.states, system.measurements, system.delay_count
@@ -227,9 +222,9 @@ def check(certificate: Certificate, degree: int = 12) -> GalerkinCheck:
     count = positive_integer("degree", degree) + 1
     system = certificate.system
     n, r, p = system.states, system.inputs, system.outputs
-    storage = matrix(storage_operator(certificate), count)
-    injection = matrix(injection_operator(certificate), count) @ measured_histories(system, count)
-    rate = storage @ generator(system, count) + injection
+    operators = observer_gains(certificate)
+    storage, injection = (matrix(part, count) for part in (operators.storage, operators.injection))
+    rate = storage @ generator(system, count) + injection @ measured_histories(system, count)
     late = end_values(system, count, -1.0)
     size = storage.shape[0]
     output = np.pad(system.c10, ((0, 0), (0, size - n))) + sum(c @ late[i] for i, c in enumerate(system.c1))

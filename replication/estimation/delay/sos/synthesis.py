@@ -143,7 +143,7 @@ def energy(space: FormSpace, e: int = 0) -> Array:
     return coefficients
 
 
-def supply(system: DelayPlant, count: int, drive: Drive | None = None) -> tuple[Array, Array]:
+def supply(system: DelayPlant, count: int, drive: Drive) -> tuple[Array, Array]:
     """Coefficients of 2vᵀC_1e and of -(|w|² + |v|²): the form is the first plus γ times the second (Theorem 1)."""
     space = derivative_space(system, count)
     v, e, _ = point_offsets(system)
@@ -151,8 +151,7 @@ def supply(system: DelayPlant, count: int, drive: Drive | None = None) -> tuple[
     outputs = np.hstack([system.c10, *system.c1])
     rows, columns = np.divmod(np.arange(outputs.size), outputs.shape[1])
     cross[space.pair(v + rows, e + columns)] = 2.0 * outputs.ravel()
-    signal = (drive or direct(system)).signal
-    weight = signal.T @ signal
+    weight = drive.signal.T @ drive.signal
     weight[v:e, v:e] += np.eye(system.outputs)
     first, second = triangle(space.points)
     level[space.pair(first, second)] = -np.where(first == second, 1.0, 2.0) * weight[first, second]
@@ -194,9 +193,8 @@ class Assembly:
     """The pieces of the program that do not depend on γ and ε.
 
     storage, dissipation: coefficients of V and of N, linear in the matrices of their cones; derivative: those of dV/dt,
-    linear in those of V. v_labels, h_labels: for each matrix of the cones of V and of N the variable behind each row,
-    points first, then functions. kept: mask of the monomials of dV/dt that must match. drive: the variables of dV/dt,
-    `direct` if None.
+    linear in those of V; supply: those of the supply rate. v_labels, h_labels: for each matrix of the cones of V and of
+    N the variable behind each row, points first, then functions. kept: mask of the monomials of dV/dt that must match.
     """
 
     system: DelayPlant
@@ -210,7 +208,7 @@ class Assembly:
     v_labels: tuple[Index, ...]
     h_labels: tuple[Index, ...]
     kept: npt.NDArray[np.bool_]
-    drive: Drive | None = None
+    supply: tuple[Array, Array]
 
 
 def assemble(
@@ -240,11 +238,11 @@ def assemble(
         (storage, v_labels), (dissipation, h_labels) = (
             cone.cone(space, degree, ramp=ramp) for space, ramp in zip(spaces, (True, False), strict=True)
         )
-    drive = by_rates(inner) if rates else None
-    derivative = lie_derivative(inner, count, drive)
+    drive = by_rates(inner) if rates else direct(inner)
+    derivative, rate = lie_derivative(inner, count, drive), supply(inner, count, drive)
     mask = ~absorbed(inner, count)
     return Assembly(
-        inner, change, degree, rule, count, storage, derivative, dissipation, v_labels, h_labels, mask, drive
+        inner, change, degree, rule, count, storage, derivative, dissipation, v_labels, h_labels, mask, rate
     )
 
 
@@ -262,9 +260,8 @@ def program(assembly: Assembly, epsilon: float, gamma: float | None = None) -> P
     """Minimise γ (`gamma` None), or minimise the trace of the cone matrices at the given level; ε is not negative."""
     if epsilon != 0.0:
         positive_scalar("epsilon", epsilon)
-    system, count, drive = assembly.system, assembly.count, assembly.drive
+    system, count, (cross, level) = assembly.system, assembly.count, assembly.supply
     v_space, h_space = state_space(system, count), derivative_space(system, count)
-    cross, level = supply(system, count, drive)
     strict = energy(h_space, point_offsets(system)[1]) + assembly.derivative @ energy(v_space)
     constant = cross + epsilon * strict
     _, first, second = v_space.multiplier_functions()
