@@ -54,7 +54,8 @@ def test_bounds_of_a_kernel_hold() -> None:
 
 def test_weights_are_exact_for_broken_lines() -> None:
     kernel = Kernel(np.random.default_rng(2).standard_normal((6, 1, 1)))
-    weights, step = kernel.weights(0.3)[:, 0, 0], 0.3
+    zero, step = np.zeros((1, 1)), 0.3
+    weights = Terms(zero, (1.0,), (zero,), (kernel,)).weights(step)[:, 0, 0]
     for sample in range(len(weights)):
         hat = lambda t, k=sample: float(kernel(np.array([t]))[0, 0, 0]) * max(0.0, 1.0 - abs(t / step - k))  # noqa: E731
         assert weights[sample] == pytest.approx(quad(hat, 0.0, 1.0, points=[0.3, 0.6, 0.9])[0], abs=1e-10)

@@ -26,14 +26,8 @@ from replication.estimation.delay.sos import legendre
 Index = npt.NDArray[np.int64]
 
 
-def triangle(size: int) -> tuple[Index, Index]:
-    """Rows and columns (p <= q) of the upper triangle, in the order of `triangle_index`."""
-    rows, columns = np.triu_indices(size)
-    return rows.astype(np.int64), columns.astype(np.int64)
-
-
 def triangle_index(size: int, first: Index, second: Index) -> Index:
-    """Position of the unordered pair {first, second} among the pairs p <= q of `size` items."""
+    """Position of the unordered pair {first, second} of `size` items, in the order of `numpy.triu_indices`."""
     low, high = np.minimum(first, second), np.maximum(first, second)
     return np.asarray(low * size - low * (low - 1) // 2 + high - low)
 
@@ -86,7 +80,7 @@ class FormSpace:
 
     def multiplier_functions(self) -> tuple[Index, Index, Index]:
         """Degree and the two functions of every multiplier monomial, in the order of their indices."""
-        first, second = triangle(self.functions)
+        first, second = np.triu_indices(self.functions)
         degree = np.repeat(np.arange(self.count, dtype=np.int64), first.size)
         return degree, np.tile(first, self.count), np.tile(second, self.count)
 

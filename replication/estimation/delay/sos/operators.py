@@ -13,7 +13,7 @@ from replication.errors import InvalidInputError
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import legendre
 from replication.estimation.delay.sos.certificate import Certificate
-from replication.estimation.delay.sos.cone import FormSpace, triangle
+from replication.estimation.delay.sos.cone import FormSpace
 from replication.estimation.delay.sos.synthesis import derivative_space, point_offsets, state_space
 from replication.estimation.validation import Array, positive_integer
 
@@ -45,9 +45,9 @@ class Operator:
 def self_adjoint(space: FormSpace, coefficients: Array) -> Operator:
     """The operator of a form, whose S couples no two delays."""
     core = np.zeros((space.functionals,) * 2)
-    core[triangle(space.functionals)] = coefficients[: space.pair_count] / 2.0
+    core[np.triu_indices(space.functionals)] = coefficients[: space.pair_count] / 2.0
     local = np.zeros((space.count, space.functions, space.functions))
-    local[:, *triangle(space.functions)] = coefficients[space.pair_count :].reshape(space.count, -1) / 2.0
+    local[:, *np.triu_indices(space.functions)] = coefficients[space.pair_count :].reshape(space.count, -1) / 2.0
     core, local = core + core.T, local + local.mT
     functions = np.arange(space.functions)[:, None]
     order = np.concatenate([np.arange(space.points), space.moment(np.arange(space.count), functions).ravel()])

@@ -15,7 +15,7 @@ from replication.errors import InvalidInputError
 from replication.estimation.conic.program import Program
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import cone, legendre
-from replication.estimation.delay.sos.cone import Blocks, DegreeRule, FormSpace, Index, triangle
+from replication.estimation.delay.sos.cone import Blocks, DegreeRule, FormSpace, Index
 from replication.estimation.delay.units import measured_last
 from replication.estimation.validation import Array, positive_integer, positive_scalar
 
@@ -153,7 +153,7 @@ def supply(system: DelayPlant, count: int, drive: Drive) -> tuple[Array, Array]:
     cross[space.pair(v + rows, e + columns)] = 2.0 * outputs.ravel()
     weight = drive.signal.T @ drive.signal
     weight[v:e, v:e] += np.eye(system.outputs)
-    first, second = triangle(space.points)
+    first, second = np.triu_indices(space.points)
     level[space.pair(first, second)] = -np.where(first == second, 1.0, 2.0) * weight[first, second]
     return cross, level
 
@@ -172,7 +172,7 @@ def absorbed(system: DelayPlant, count: int) -> npt.NDArray[np.bool_]:
     position = np.arange(space.functionals)
     end = (position >= late) & (position < space.points)
     state = (position >= e) & ~end  # e and the moments
-    first, second = triangle(space.functionals)
+    first, second = np.triu_indices(space.functionals)
     inside = state[first] & state[second] & (measured[first] | measured[second])
     ends = (state[first] & (end & measured)[second]) | ((end & measured)[first] & state[second])
     _, left, right = space.multiplier_functions()
@@ -332,6 +332,6 @@ def _restricted(
 def _named(space: FormSpace, points: Mask, functions: Mask) -> Mask:
     """Mask of the monomials that name kept variables only."""
     functionals = np.concatenate([points, np.tile(functions, space.count)])
-    first, second = triangle(space.functionals)
+    first, second = np.triu_indices(space.functionals)
     _, left, right = space.multiplier_functions()
     return np.concatenate([functionals[first] & functionals[second], functions[left] & functions[right]])
