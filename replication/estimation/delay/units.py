@@ -59,19 +59,15 @@ class Scaling:
         return converted(plant, rows, columns, self.time)
 
 
-def own_units(system: DelayPlant) -> Scaling:
-    """Those in which the plant is given."""
-    return Scaling(np.ones(system.states), np.ones(system.measurements))
-
-
 def time_scaled(system: DelayPlant, factor: float) -> DelayPlant:
     """The same system in time t' = t/factor, with w and z as they are: the gain does not change."""
-    return replace(own_units(system), time=factor).plant(system)
+    return Scaling(np.ones(system.states), np.ones(system.measurements), factor).plant(system)
 
 
 def gain_scaled(system: DelayPlant, unit: float) -> DelayPlant:
     """The same system with w and z in units that divide every gain from w to z by `unit`: B/√unit, C_1/√unit."""
-    return replace(own_units(system), gain=positive_scalar("unit", unit)).plant(system)
+    units = Scaling(np.ones(system.states), np.ones(system.measurements), gain=positive_scalar("unit", unit))
+    return units.plant(system)
 
 
 def measured_last(system: DelayPlant) -> tuple[DelayPlant, Array]:
@@ -107,7 +103,7 @@ def natural_units(system: DelayPlant) -> Scaling:
     rate = reach(system)
     time = rounded(1.0 / rate if rate > 0.0 else system.delays[-1])
     states = np.array([rounded(float(value)) for value in _balance(time_scaled(system, time))])
-    return replace(own_units(system), states=states, time=time)
+    return Scaling(states, np.ones(system.measurements), time)
 
 
 def _balance(system: DelayPlant) -> Array:

@@ -18,7 +18,7 @@ import scipy
 from replication.errors import InvalidInputError
 from replication.estimation.conic.interior import Block
 from replication.estimation.conic.program import symmetric_basis
-from replication.estimation.delay.exact.central import FilterModel
+from replication.estimation.delay.exact.central import FilterModel, shift
 from replication.estimation.delay.exact.terms import Kernel, plant_terms
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import legendre
@@ -184,13 +184,8 @@ def moment_plant(form: LineForm, order: int) -> FilterModel:
     """
     over = rates(form, order)
     k, size = over.rate.shape
-    # The coefficient of p_order makes psi(0) what enters; psi(-1) follows.
-    first, last = legendre.ends(order + 1)
-    ends = [
-        np.tensordot(last[:-1], line.moments, axes=1)
-        + last[-1] / first[-1] * (line.entry - np.tensordot(first[:-1], line.moments, axes=1))
-        for line in over.lines
-    ]
+    _, _, reading, direct = shift(order)
+    ends = [np.tensordot(reading, line.moments, axes=1) + direct * line.entry for line in over.lines]
     known = np.vstack([over.u, over.w]).T  # zeta of (u, w), the far ends left out
     basis = known.copy()
     basis[k : size - len(over.w)] = np.vstack([np.zeros((0, size)), *ends]) @ known
