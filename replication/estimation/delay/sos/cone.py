@@ -84,6 +84,13 @@ class FormSpace:
         degree = np.repeat(np.arange(self.count, dtype=np.int64), first.size)
         return degree, np.tile(first, self.count), np.tile(second, self.count)
 
+    def variables(self) -> tuple[Index, Index]:
+        """The two variables of every monomial: points are numbered first, then functions."""
+        behind = np.concatenate([np.arange(self.points), self.points + np.tile(np.arange(self.functions), self.count)])
+        pairs, multipliers = np.triu_indices(self.functionals), self.multiplier_functions()[1:]
+        first, second = (np.append(behind[p], self.points + m) for p, m in zip(pairs, multipliers, strict=True))
+        return first, second
+
 
 class DegreeRule(StrEnum):
     """Which monomials η^a θ^b the basis Z_2 of degree d holds, and the degree of the weighted term (Corollary 2).
