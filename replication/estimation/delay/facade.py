@@ -186,7 +186,7 @@ def analyse(
 
 
 def simulate(result: DelayResult, times: Any, disturbance: Any) -> Simulation:
-    """The estimation error from rest.
+    """The estimation error from rest, by the model of `to_statespace`.
 
     Parameters
     ----------

@@ -196,12 +196,6 @@ class PlantTerms:
         pencil /= np.maximum(np.linalg.norm(pencil, axis=2, keepdims=True), np.finfo(float).tiny)
         return pencil
 
-    @property
-    def columns(self) -> tuple[slice, slice]:
-        """Where x and w stand."""
-        n, _, _, r = self.sizes
-        return slice(0, n), slice(n, n + r)
-
 
 def plant_terms(plant: DelayPlant) -> PlantTerms:
     """(x', z, y) = M(s) (x, w) + N(s) u of a plant."""
