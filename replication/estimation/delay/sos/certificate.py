@@ -161,11 +161,17 @@ FEASIBLE = SdpaOptions(tolerance=1e-8, scale=1e3, gap=1e-2)
 
 
 def certificate_at(
-    system: DelayPlant, gamma: float, degree: int, rule: DegreeRule = DegreeRule.TENSOR, *, epsilon: float = 1e-5
+    system: DelayPlant,
+    gamma: float,
+    degree: int,
+    rule: DegreeRule = DegreeRule.TENSOR,
+    *,
+    epsilon: float = 1e-5,
+    options: SdpaOptions = FEASIBLE,
 ) -> Certificate:
     """A certificate of the level γ with moderate gains: the cone matrices of least trace, in `natural_units`.
 
-    epsilon: strictness of both inequalities. Any feasible point serves, so the solver stops early. Raises
+    epsilon: strictness of both inequalities. Any feasible point serves, so `options` stop early. Raises
     InvalidInputError for a bad degree or level or a plant that is not detectable, InfeasibleError where the lower end
     of the least γ proves γ out of reach, whatever the solver calls it, SolverError if it settles on no point.
     """
@@ -177,9 +183,9 @@ def certificate_at(
     require_seen(plant, units.time)
     task = program(assembly, epsilon, level / gain)
     try:
-        solution = solve_sdpa(task, FEASIBLE)
+        solution = solve_sdpa(task, options)
     except (InfeasibleError, SolverError) as error:
-        solution = _again(task, looser(FEASIBLE), error, system, level, degree, rule)
+        solution = _again(task, looser(options), error, system, level, degree, rule)
     certificate = certificate_of(assembly, epsilon, level / gain, solution)
     plain = gain_scaled(certificate.system, 1.0 / gain)  # the same V and 𝒵 serve, with w and v in other units
     return replace(certificate, system=plain, gamma=level, change=certificate.change * units.states, time=units.time)
