@@ -160,7 +160,7 @@ def tasks(count: int) -> dict[str, Callable[[], dict[str, Any]]]:
     while taken < count:
         plant = random_plant(np.random.default_rng(seed))
         form = line_form(plant)
-        if form.states + DEGREE * form.width <= ROWS:
+        if plant.states + DEGREE * form.width <= ROWS:
             found[f"random {seed}"] = lambda plant=plant: measured(plant, DEGREE, MARGIN)
             taken += 1
         seed += 1

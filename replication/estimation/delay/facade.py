@@ -20,6 +20,7 @@ from replication.estimation.delay.plant import DelayPlant, delay_system, require
 from replication.estimation.delay.result import ORDER, DelayAnalysis, DelayResult, result_of
 from replication.estimation.delay.sos.certificate import LeastGain, certificate_at, minimum_gain
 from replication.estimation.delay.sos.cone import DegreeRule
+from replication.estimation.delay.sos.observer import simulate as over_time
 from replication.estimation.delay.sos.synthesis import degree_for
 from replication.estimation.validation import StateSpace, at_most, one_of, positive_scalar
 
@@ -79,7 +80,8 @@ def design(
         Level to prove, in place of the margin. With "mixed" the level of the design; unless given that at which gain
         and mean error exceed the least ones by the same share, the mean by 15 % and half of what sensors win at most.
     order : int
-        How finely `to_statespace` resolves each delay: order + 1 points, or so many moments for a plant with noise.
+        How finely `to_statespace` and `simulate` resolve each delay: order + 1 points, or so many moments for a plant
+        with noise.
     delayed : sequence of array (n, n)
         A_1 ... A_K that belong to a `control.StateSpace`.
     delays : sequence of float
@@ -184,7 +186,7 @@ def analyse(
 
 
 def simulate(result: DelayResult, times: Any, disturbance: Any) -> Simulation:
-    """The estimation error from rest.
+    """The estimation error from rest, by the model of `to_statespace`.
 
     Parameters
     ----------
@@ -206,7 +208,8 @@ def simulate(result: DelayResult, times: Any, disturbance: Any) -> Simulation:
         Another shape, unequal steps or a disturbance that is zero.
     """
     DelayResult.require(result)
-    trajectory = result.gains_of.trajectory(times, disturbance, result.order)
+    error = result.gains_of.error_model(result.order)
+    trajectory = over_time(error, times, disturbance, result.plant.states)
     names = result.signals
     signals = {
         "error of z": (trajectory.output, names.called(names.outputs)),

@@ -59,19 +59,15 @@ class Scaling:
         return converted(plant, rows, columns, self.time)
 
 
-def own_units(system: DelayPlant) -> Scaling:
-    """Those in which the plant is given."""
-    return Scaling(np.ones(system.states), np.ones(system.measurements))
-
-
 def time_scaled(system: DelayPlant, factor: float) -> DelayPlant:
     """The same system in time t' = t/factor, with w and z as they are: the gain does not change."""
-    return replace(own_units(system), time=factor).plant(system)
+    return Scaling(np.ones(system.states), np.ones(system.measurements), factor).plant(system)
 
 
 def gain_scaled(system: DelayPlant, unit: float) -> DelayPlant:
     """The same system with w and z in units that divide every gain from w to z by `unit`: B/√unit, C_1/√unit."""
-    return replace(own_units(system), gain=positive_scalar("unit", unit)).plant(system)
+    units = Scaling(np.ones(system.states), np.ones(system.measurements), gain=positive_scalar("unit", unit))
+    return units.plant(system)
 
 
 def measured_last(system: DelayPlant) -> tuple[DelayPlant, Array]:
@@ -107,24 +103,29 @@ def natural_units(system: DelayPlant) -> Scaling:
     rate = reach(system)
     time = rounded(1.0 / rate if rate > 0.0 else system.delays[-1])
     states = np.array([rounded(float(value)) for value in _balance(time_scaled(system, time))])
-    return replace(own_units(system), states=states, time=time)
+    return Scaling(states, np.ones(system.measurements), time)
 
 
 def _balance(system: DelayPlant) -> Array:
     """Factors of the states: Σ|A_i| decides, B and C_1 where states are apart, and the largest of both are equal."""
     bounds, n = plant_terms(system).terms.bound(), system.states
-    size = bounds[:n, :n].copy()
-    np.fill_diagonal(size, 0.0)  # no change of units moves it
-    scale = scipy.linalg.matrix_balance(size, permute=False, separate=True)[1][0]
+    size = bounds[:n, :n]
+    scale = balanced_loop(size, np.zeros(n), np.zeros(n))
     drive, output = bounds[:n, n:].max(axis=1) / scale, bounds[n : n + system.outputs, :n].max(axis=0) * scale
     if not (np.any(drive) and np.any(output)):
         return np.asarray(1.0 / scale)
     row, column = drive / drive.max(), output / output.max()  # beside rates of about one
-    node = np.block([[size / scale[:, None] * scale, row[:, None]], [column[None, :], np.zeros((1, 1))]])
-    further = scipy.linalg.matrix_balance(node, permute=False, separate=True)[1][0]
-    further = further[:-1] / further[-1]
+    further = balanced_loop(size / scale[:, None] * scale, row, column)
     drive, output = drive / further, output * further
     return np.asarray(np.sqrt(output.max() / drive.max()) / (scale * further))
+
+
+def balanced_loop(rates: Array, drive: Array, sight: Array) -> Array:
+    """Units (n,) of the states, powers of two, that balance a loop over them: driven (n,), seen (n,) and fed back."""
+    loop = np.block([[rates, drive[:, None]], [sight[None, :], np.zeros((1, 1))]])
+    np.fill_diagonal(loop, 0.0)  # no change of units moves it
+    scale = scipy.linalg.matrix_balance(loop, permute=False, separate=True)[1][0]
+    return np.asarray(scale[:-1] / scale[-1])
 
 
 def reach(system: DelayPlant) -> float:

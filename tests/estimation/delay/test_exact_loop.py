@@ -10,17 +10,12 @@ from scipy.integrate import quad
 
 from replication.errors import InfeasibleError, InvalidInputError
 from replication.estimation.delay.exact import response as peak
-from replication.estimation.delay.exact.response import (
-    Cells,
-    Response,
-    error_response,
-    mismatched_response,
-    right_roots,
-)
+from replication.estimation.delay.exact.response import Response, error_response, mismatched_response, right_roots
 from replication.estimation.delay.exact.terms import Kernel, Terms, plant_terms, projected
 from replication.estimation.delay.general import observer as module
 from replication.estimation.delay.general.observer import DelayObserver, InnovationsObserver, exact_gain, worst_gain
 from replication.estimation.delay.plant import DelayPlant
+from replication.estimation.delay.sos.observer import simulate
 from tests.estimation.delay.plants import averaged, delayed_output, made_up, two_late
 
 OMEGA = np.linspace(0.0, 12.0, 241)
@@ -59,7 +54,8 @@ def test_bounds_of_a_kernel_hold() -> None:
 
 def test_weights_are_exact_for_broken_lines() -> None:
     kernel = Kernel(np.random.default_rng(2).standard_normal((6, 1, 1)))
-    weights, step = kernel.weights(0.3)[:, 0, 0], 0.3
+    zero, step = np.zeros((1, 1)), 0.3
+    weights = Terms(zero, (1.0,), (zero,), (kernel,)).weights(step)[:, 0, 0]
     for sample in range(len(weights)):
         hat = lambda t, k=sample: float(kernel(np.array([t]))[0, 0, 0]) * max(0.0, 1.0 - abs(t / step - k))  # noqa: E731
         assert weights[sample] == pytest.approx(quad(hat, 0.0, 1.0, points=[0.3, 0.6, 0.9])[0], abs=1e-10)
@@ -105,7 +101,7 @@ def test_the_bound_of_a_cell_holds_inside_it(worst: float) -> None:
     spread = np.zeros(delays.shape)
     spread[:, :2] = 10.0 ** rng.uniform(-6.0, -2.0, (60, 2))
     with patch.object(peak, "WORST", worst):
-        middle, above, _ = made.bounded(Cells(omega, half, delays, spread))
+        middle, above, _ = made.bounded(peak.Cells(omega, half, delays, spread))
     assert np.sum(np.isfinite(above)) > 30
     for _ in range(30):
         shift, move = rng.choice([-1.0, 1.0, 0.3], 60), rng.choice([-1.0, 1.0, -0.4], delays.shape)
@@ -291,7 +287,8 @@ def test_simulated_errors_reach_the_gain_and_no_more(name: str) -> None:
     times = dt * np.arange(6000)
     envelope = np.sin(np.pi * times / times[-1]) ** 2
     w = (np.exp(1j * found.frequency * times)[:, None] * worst).real * envelope[:, None]
-    trajectory = made.trajectory(times, w)
+    model = made.error_model(24)
+    trajectory = simulate(model, times, w, made.plant.states)
     assert 0.98 * found.lower < trajectory.gain < found.upper * (1 + 1e-3)
     with pytest.raises(InvalidInputError, match="equidistant"):
-        made.trajectory(times**2, w)
+        simulate(model, times**2, w, made.plant.states)

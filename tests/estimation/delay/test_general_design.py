@@ -285,7 +285,7 @@ def test_the_unit_of_the_disturbance_scales_the_level_and_nothing_else(goal: str
 
 def values(form: LineForm, s: complex) -> np.ndarray:
     """[x'; z; y] of (x, w) at s by the lines, moments by quadrature."""
-    total = form.now.astype(complex)
+    total = plant_terms(form.plant).terms.constant.astype(complex)
     points, weights = legendre.gauss(60)
     for line in form.lines:
         total += line.end @ line.carry * np.exp(-s * line.delay)
@@ -311,7 +311,7 @@ def test_scaling_is_undone_exactly() -> None:
     there = line_form(scaling.plant(plant))
     s = 0.3 + 2.1j
     expected = plant_terms(plant).terms.at(np.array([s]))[0]
-    assert values(back_in(scaling, there), s) == pytest.approx(expected, abs=ROUNDING)
+    assert values(back_in(plant, scaling, there), s) == pytest.approx(expected, abs=ROUNDING)
     assert scaling_of(delayed_output()).gain == 1.0
 
 

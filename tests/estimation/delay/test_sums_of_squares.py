@@ -10,19 +10,8 @@ from replication.errors import InvalidInputError
 from replication.estimation.delay import DegreeRule, DelayPlant, delay_system
 from replication.estimation.delay.sos import legendre
 from replication.estimation.delay.sos.certificate import Certificate, certificate_at
-from replication.estimation.delay.sos.cone import (
-    FormSpace,
-    cone_blocks,
-    cone_map,
-    required_count,
-    triangle,
-)
-from replication.estimation.delay.sos.operators import (
-    QUADRATURE,
-    check,
-    evaluate,
-    observer_gains,
-)
+from replication.estimation.delay.sos.cone import FormSpace, cone_blocks, cone_map, required_count
+from replication.estimation.delay.sos.operators import QUADRATURE, check, evaluate, observer_gains
 from replication.estimation.delay.sos.synthesis import by_rates, direct
 from replication.estimation.validation import Array
 from tests.estimation.delay.plants import two_delays
@@ -36,7 +25,7 @@ def monomials(space: FormSpace, x: Array, histories: Array) -> Array:
     kept = min(space.count, histories.shape[1])
     moments[:, :kept] = histories[:, :kept]
     functionals = np.concatenate([x, moments.T.ravel()])
-    first, second = triangle(space.functionals)
+    first, second = np.triu_indices(space.functionals)
     nodes, weights = legendre.gauss(histories.shape[1] + space.count)
     values = legendre.evaluate(histories.shape[1], nodes) @ histories.T
     degree, left, right = space.multiplier_functions()
@@ -96,7 +85,7 @@ def test_the_basis_is_orthonormal_and_its_derivative_and_products_are_those_of_t
 
 
 # The operators of a certificate
-@pytest.mark.parametrize(("part", "name"), [("multiplier", "S"), ("point", "P")])
+@pytest.mark.parametrize(("part", "name"), [("multiplier", "S"), ("core", "P")])
 def test_no_gains_without_coercivity(part: str, name: str, moderate: Certificate) -> None:
     gains = observer_gains(moderate)
     wrong = replace(gains.storage, **{part: -getattr(gains.storage, part)})

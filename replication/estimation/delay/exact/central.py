@@ -13,7 +13,7 @@ from replication.errors import InfeasibleError
 from replication.estimation.delay.exact.terms import Kernel, PlantTerms, Terms, plant_terms
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos.legendre import derivative, ends, evaluate, gauss
-from replication.estimation.delay.units import Scaling, natural_units, rounded
+from replication.estimation.delay.units import Scaling, balanced_loop, natural_units, rounded
 from replication.estimation.linear.periodic import Stage
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.validation import Array
@@ -152,7 +152,8 @@ def whitened(model: FilterModel) -> FilterModel:
 
 def normal_states(model: FilterModel) -> tuple[FilterModel, Array]:
     """A whitened model in states x' = scale x whose Kalman filter has errors of unit variance, and scale (N,)."""
-    scale = _balance(model)
+    drive, sight = np.abs(model.b).max(axis=1, initial=0.0), np.abs(model.cy).max(axis=0, initial=0.0)
+    scale = 1.0 / balanced_loop(np.abs(model.a), drive, sight)
     for _ in range(2):
         try:
             sizes = np.diag(_riccati(_scaled(model, scale), np.inf))
@@ -168,16 +169,6 @@ def normal_states(model: FilterModel) -> tuple[FilterModel, Array]:
 def _scaled(model: FilterModel, scale: Array) -> FilterModel:
     a = scale[:, None] * model.a / scale
     return replace(model, a=a, b=scale[:, None] * model.b, cz=model.cz / scale, cy=model.cy / scale)
-
-
-def _balance(model: FilterModel) -> Array:
-    """Factors of the states that balance the loop from w over the states to y and back."""
-    drive = np.abs(model.b).max(axis=1, initial=0.0)[:, None]
-    sight = np.abs(model.cy).max(axis=0, initial=0.0)[None, :]
-    loop = np.block([[np.abs(model.a), drive], [sight, np.zeros((1, 1))]])
-    np.fill_diagonal(loop, 0.0)  # no change of units moves it
-    scale = scipy.linalg.matrix_balance(loop, permute=False, separate=True)[1][0]
-    return np.asarray(scale[-1] / scale[:-1])
 
 
 def hamiltonian(model: FilterModel, level: float) -> Array | None:

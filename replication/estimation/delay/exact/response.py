@@ -227,7 +227,7 @@ def _places(*sizes: int) -> tuple[Array, ...]:
 def _direct(plant: PlantTerms, injection: Terms) -> float:
     """A bound of D_z w - L_z D_y w at frequencies beyond all dynamics, L_z what the innovation adds to z at once."""
     _, z, y = plant.rows
-    parts = (part[:, plant.columns[1]] for part in (plant.terms.constant, *plant.terms.delayed))
+    parts = (part[:, plant.sizes[0] :] for part in (plant.terms.constant, *plant.terms.delayed))
     return float(sum(np.linalg.norm(part[z] - injection.constant[z] @ part[y], 2) for part in parts))
 
 

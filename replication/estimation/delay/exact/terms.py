@@ -56,22 +56,15 @@ class Kernel:
         weights = (2.0 + 2.0 * np.arange(len(self.series))) * legendre.ends(len(self.series))[0]
         return np.asarray(np.einsum("kab,k->ab", np.abs(self.series), weights))
 
-    def weights(self, step: float) -> Array:
-        """Weights W_j (J, a, b) with sum W_j v_j the integral of K(lag) v(lag), v linear between v_j = v(j step).
+    def quadrature(self, step: float) -> tuple[Array, Array]:
+        """Lags (M,), and values (M, a, b): K by weights that integrate its product with what is linear between steps.
 
-        The last sample lies at or just beyond lag 1. Exact: pieces between samples, by Gauss' rule.
+        Exact: pieces between multiples of `step`, by Gauss' rule.
         """
-        count = max(int(np.ceil(1.0 / step - 1e-9)), 1) + 1
-        cuts = np.unique(np.concatenate([[0.0, 1.0], np.clip(step * np.arange(count), 0.0, 1.0)]))
+        cuts = np.append(np.arange(0.0, 1.0, step), 1.0)
         nodes, weights = legendre.gauss(len(self.series) // 2 + 2)
         lags = (cuts[1:, None] + np.diff(cuts)[:, None] * nodes).ravel()
-        values = self(lags) * np.outer(np.diff(cuts), weights).ravel()[:, None, None]
-        before = np.minimum((lags / step + 1e-12).astype(int), count - 2)
-        share = (lags / step - before)[:, None, None]
-        total = np.zeros((count, *self.series.shape[1:]))
-        np.add.at(total, before, (1.0 - share) * values)
-        np.add.at(total, before + 1, share * values)
-        return total
+        return lags, self(lags) * np.outer(np.diff(cuts), weights).ravel()[:, None, None]
 
 
 def _legendre_transforms(b: Complex, count: int) -> Complex:
@@ -142,13 +135,12 @@ class Terms:
         taps = np.zeros((count, *self.constant.shape))
         taps[0] = self.constant
         for delay, matrix, kernel in self.spread:
-            before = int(delay / dt)
-            share = delay / dt - before
-            taps[before] += (1.0 - share) * matrix
-            taps[before + 1] += share * matrix
-            if kernel is not None:
-                weights = kernel.weights(dt / delay)
-                taps[: len(weights)] += weights
+            far = np.ones(1), matrix[None]
+            for lags, values in (far,) if kernel is None else (far, kernel.quadrature(dt / delay)):
+                before = (delay * lags / dt).astype(int)
+                share = (delay * lags / dt - before)[:, None, None]
+                np.add.at(taps, before, (1.0 - share) * values)
+                np.add.at(taps, before + 1, share * values)
         return taps
 
     def bound(self) -> Array:
@@ -203,12 +195,6 @@ class PlantTerms:
         pencil[:, :n, :n] -= 1j * omega[:, None, None] * np.eye(n)
         pencil /= np.maximum(np.linalg.norm(pencil, axis=2, keepdims=True), np.finfo(float).tiny)
         return pencil
-
-    @property
-    def columns(self) -> tuple[slice, slice]:
-        """Where x and w stand."""
-        n, _, _, r = self.sizes
-        return slice(0, n), slice(n, n + r)
 
 
 def plant_terms(plant: DelayPlant) -> PlantTerms:

@@ -18,7 +18,7 @@ import scipy
 from replication.errors import InvalidInputError
 from replication.estimation.conic.interior import Block
 from replication.estimation.conic.program import symmetric_basis
-from replication.estimation.delay.exact.central import FilterModel
+from replication.estimation.delay.exact.central import FilterModel, shift
 from replication.estimation.delay.exact.terms import Kernel, plant_terms
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import legendre
@@ -52,22 +52,10 @@ class Line:
 
 @dataclass(frozen=True)
 class LineForm:
-    """A plant as lines; n states, r disturbances, p outputs to estimate, q measurements."""
+    """A plant as lines, one for each delay that carries something; without known inputs, which the observer copies."""
 
-    states: int  # n
-    outputs: int  # p
-    now: Array  # (n + p + q, n + r) [[A_0, B], [C_10, D_11], [C_2, D_21]]
-    lines: tuple[Line, ...]  # One for each delay that carries something
-
-    @property
-    def inputs(self) -> int:
-        """Number of disturbances r."""
-        return int(self.now.shape[1]) - self.states
-
-    @property
-    def measurements(self) -> int:
-        """Number of measurements q."""
-        return int(self.now.shape[0]) - self.states - self.outputs
+    plant: DelayPlant
+    lines: tuple[Line, ...]
 
     @property
     def width(self) -> int:
@@ -81,10 +69,9 @@ class LineForm:
 
 
 def line_form(plant: DelayPlant) -> LineForm:
-    """The plant as lines; known inputs are left out: the observer copies them."""
-    terms = plant_terms(plant).terms
-    lines = (_line(*line) for line in terms.spread)
-    return LineForm(plant.states, plant.outputs, terms.constant, tuple(line for line in lines if line.width))
+    """The plant as lines."""
+    lines = (_line(*line) for line in plant_terms(plant).terms.spread)
+    return LineForm(plant, tuple(line for line in lines if line.width))
 
 
 def _line(delay: float, end: Array, kernel: Kernel | None) -> Line:
@@ -169,11 +156,12 @@ def rates(form: LineForm, degree: int) -> Rates:
             f"degree must be at least {form.moments} for the averages of this plant, got {degree}; raise it, or give "
             "averages with fewer powers of the age"
         )
-    n, p, r, order = form.states, form.outputs, form.inputs, form.states + degree * form.width
+    (n, p, _, r), present = plant_terms(form.plant).sizes, plant_terms(form.plant).terms.constant
+    order = n + degree * form.width
     size = order + form.width + r
     zeta = np.eye(size)
     now = np.vstack([zeta[:n], zeta[size - r :]])
-    flow = form.now @ now
+    flow = present @ now
     slope, (first, last) = legendre.derivative(degree), legendre.ends(degree)
     lines, start, far = [], n, order
     for line in form.lines:
@@ -196,13 +184,8 @@ def moment_plant(form: LineForm, order: int) -> FilterModel:
     """
     over = rates(form, order)
     k, size = over.rate.shape
-    # The coefficient of p_order makes psi(0) what enters; psi(-1) follows.
-    first, last = legendre.ends(order + 1)
-    ends = [
-        np.tensordot(last[:-1], line.moments, axes=1)
-        + last[-1] / first[-1] * (line.entry - np.tensordot(first[:-1], line.moments, axes=1))
-        for line in over.lines
-    ]
+    _, _, reading, direct = shift(order)
+    ends = [np.tensordot(reading, line.moments, axes=1) + direct * line.entry for line in over.lines]
     known = np.vstack([over.u, over.w]).T  # zeta of (u, w), the far ends left out
     basis = known.copy()
     basis[k : size - len(over.w)] = np.vstack([np.zeros((0, size)), *ends]) @ known
@@ -300,7 +283,7 @@ def injection(form: LineForm, rates: Rates, storage: Storage) -> tuple[Array, Ar
     (S_i + (1 + s) T_i) L_i = sum_c p_c (Z - W m)_ic; then (W_+ + diag(0, K_i^-1 - S_i)) m = Z, K_i the moments of
     (S_i + (1 + s) T_i)^-1.
     """
-    (z, lz), n = multiplier(rates, storage), form.states
+    (z, lz), n = multiplier(rates, storage), form.plant.states
     degree = len(rates.lines[0].moments) if rates.lines else 1
     points, weights = legendre.gauss(NODES)
     basis = legendre.evaluate(degree, points)

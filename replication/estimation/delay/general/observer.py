@@ -33,7 +33,7 @@ from replication.estimation.delay.exact.terms import (
 from replication.estimation.delay.general.cone import Line, LineForm, moment_plant
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import legendre
-from replication.estimation.delay.sos.observer import DelayGains, Trajectory, equidistant
+from replication.estimation.delay.sos.observer import DelayGains
 from replication.estimation.linear.periodic import Stage
 from replication.estimation.validation import (
     Array,
@@ -296,7 +296,7 @@ class DelayObserver(DelayGains):
         The far end of line i adds tau L(lag - 1); its moment c adds tau times the integral of p_c(s) L(s + lag) over
         -1 <= s <= -lag.
         """
-        lines, q = self.form.lines, self.form.measurements
+        lines, q = self.form.lines, self.plant.measurements
         constant = np.vstack([self.l0, self.lz, np.zeros((q, q))])
         kernels = tuple(
             Kernel(projected(partial(self._injected, i, line), len(self.kernels[i]) + len(line.moments)))
@@ -342,21 +342,6 @@ class DelayObserver(DelayGains):
     def running(self, dt: float, order: int = 0) -> InnovationsObserver:
         """By the trapezoidal rule, of second order in `dt`."""
         return InnovationsObserver(plant_terms(self.plant), self.terms, dt=dt)
-
-    def trajectory(self, times: object, disturbance: object, order: int = 0) -> Trajectory:
-        """By the observer that runs: of second order in the step."""
-        instants, w, dt = equidistant(times, disturbance, self.plant.inputs)
-        plant = plant_terms(self.plant)
-        n, _, q, _ = plant.sizes
-        # An observer that measures y = 0 and is told -w as if it were known estimates -e.
-        rows, columns = np.eye(len(plant.terms.constant)), np.eye(plant.terms.constant.shape[1])
-        driven = replace(plant, known=plant.terms.applied(-rows, columns[:, plant.columns[1]]))
-        copy = InnovationsObserver(driven, self.terms, dt=dt)
-        output, state = np.zeros((len(w), plant.sizes[1])), np.zeros((len(w), n))
-        for k, value in enumerate(w):
-            state[k] = -copy.step(value, np.zeros(q))
-            output[k] = -copy.output
-        return Trajectory(instants, w, output, state)
 
 
 @decided

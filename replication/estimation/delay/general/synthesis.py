@@ -120,7 +120,7 @@ class _Program:
 def degree_of(plant: DelayPlant) -> int:
     """The degree that a design takes unless one is asked for, see DEGREES."""
     form = cone.line_form(plant)
-    fitting = (degree for degree in DEGREES if form.states + degree * form.width <= ORDER)
+    fitting = (degree for degree in DEGREES if plant.states + degree * form.width <= ORDER)
     return max(next(fitting, DEGREES[-1]), form.moments)
 
 
@@ -143,7 +143,7 @@ def _program(plant: DelayPlant, scaling: Scaling, degree: int) -> _Program:
     still, unmoved = np.delete(change, np.s_[k : k + len(unit)], axis=1), change[:, k:]  # eps = 0, and u = 0
     blocks = (
         *cone.positivity(over),
-        cone.dissipation(over, still, outputs=form.outputs),
+        cone.dissipation(over, still, outputs=plant.outputs),
         cone.dissipation(over, unmoved, outputs=0),
     )
     return _Program(scaling, form, over, blocks)
@@ -179,19 +179,19 @@ def in_units_of(
     """The observer of a plant, from its gains and lines in the units of `scaling`."""
     rate = scaling.sensors / scaling.time
     l0, lz = l0 / scaling.states[:, None] * rate, lz * scaling.gain**0.5 * scaling.sensors
-    return DelayObserver(plant, back_in(scaling, form), l0, lz, tuple(kernel * rate for kernel in kernels))
+    return DelayObserver(plant, back_in(plant, scaling, form), l0, lz, tuple(kernel * rate for kernel in kernels))
 
 
-def back_in(scaling: Scaling, form: LineForm) -> LineForm:
-    """A line form in these units in those of the plant, with the same signals on the lines."""
-    p, root = form.outputs, scaling.gain**0.5
-    rows = np.concatenate([1.0 / (scaling.time * scaling.states), np.full(p, root), 1.0 / scaling.sensors])[:, None]
-    columns = np.concatenate([scaling.states, np.full(form.inputs, root)])
+def back_in(plant: DelayPlant, scaling: Scaling, form: LineForm) -> LineForm:
+    """The lines of a plant in these units in its own, with the same signals on them."""
+    root = scaling.gain**0.5
+    into = 1.0 / (scaling.time * scaling.states), np.full(plant.outputs, root), 1.0 / scaling.sensors
+    rows, columns = np.concatenate(into)[:, None], np.concatenate([scaling.states, np.full(plant.inputs, root)])
     lines = (
         cone.Line(line.delay * scaling.time, line.carry * columns, rows * line.end, rows * line.moments)
         for line in form.lines
     )
-    return replace(form, now=rows * form.now * columns, lines=tuple(lines))
+    return LineForm(plant, tuple(lines))
 
 
 WIDTH, KEPT = 1e-6, 1e-3
@@ -250,10 +250,10 @@ class Designs:
                 f"the gains {what} are not found with {self.degree} moments of each delay ({error}); "
                 "raise the level, or set `degree`"
             ) from error
-        n, q = self.form.states, self.form.measurements
+        n, p, q = self.plant.states, self.plant.outputs, self.plant.measurements
         ends = n + self.degree * np.cumsum([line.width for line in self.form.lines], dtype=int)
         kernels = [part.reshape(self.degree, -1, q) for part in np.split(gains, [n, *ends])[1:-1]]
-        return in_units_of(self.plant, self.scaling, self.form, gains[:n], np.zeros((self.form.outputs, q)), kernels)
+        return in_units_of(self.plant, self.scaling, self.form, gains[:n], np.zeros((p, q)), kernels)
 
     def measures(self, level: float) -> Measures:
         """The exact gain and root mean square of the design at a level."""
@@ -290,7 +290,7 @@ class Designs:
 
     def balance(self, alone: float) -> float:
         """The level whose design loses the same share of both measures, of the mean at most LOST and half the gain."""
-        few = max(min(self.degree, (SMALL - self.form.states) // max(self.form.width, 1)), self.form.moments, 1)
+        few = max(min(self.degree, (SMALL - self.plant.states) // max(self.form.width, 1)), self.form.moments, 1)
         measures, least = partial(_model_measures, moment_plant(self.form, few)), self.limit.level
         rms = measures(np.inf)[1]
         won = max(alone * self.scaling.time**0.5 / rms - 1.0, 0.0)

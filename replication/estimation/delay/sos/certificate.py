@@ -216,15 +216,12 @@ def _again(
 
 def certificate_of(assembly: Assembly, epsilon: float, gamma: float, solution: Solution) -> Certificate:
     """Read V and the coefficients of 2⟨e, 𝒵C_2e⟩ off a solution."""
-    system, count, drive = assembly.system, assembly.count, assembly.drive
+    system, count, (cross, level) = assembly.system, assembly.count, assembly.supply
     matrices = np.concatenate([block.ravel() for block in solution.blocks])
-    size = assembly.storage.shape[1]
+    size, e = assembly.storage.shape[1], synthesis.point_offsets(system)[1]
     storage = assembly.storage @ matrices[:size] + epsilon * synthesis.energy(synthesis.state_space(system, count))
-    cross, level = synthesis.supply(system, count, drive)
     total = assembly.derivative @ storage + cross + gamma * level + assembly.dissipation @ matrices[size:]
-    total = total + epsilon * synthesis.energy(
-        synthesis.derivative_space(system, count), synthesis.point_offsets(system)[1]
-    )
+    total = total + epsilon * synthesis.energy(synthesis.derivative_space(system, count), e)
     return Certificate(
         system=system,
         change=assembly.change,

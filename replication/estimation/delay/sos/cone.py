@@ -14,7 +14,6 @@ import numpy.typing as npt
 import scipy
 
 from replication.estimation.delay.sos import legendre
-from replication.estimation.validation import Array
 
 # Quadratic forms on R^m × L2^n[-1,0]^K as vectors of coefficients over monomials.
 #
@@ -27,14 +26,8 @@ from replication.estimation.validation import Array
 Index = npt.NDArray[np.int64]
 
 
-def triangle(size: int) -> tuple[Index, Index]:
-    """Rows and columns (p <= q) of the upper triangle, in the order of `triangle_index`."""
-    rows, columns = np.triu_indices(size)
-    return rows.astype(np.int64), columns.astype(np.int64)
-
-
 def triangle_index(size: int, first: Index, second: Index) -> Index:
-    """Position of the unordered pair {first, second} among the pairs p <= q of `size` items."""
+    """Position of the unordered pair {first, second} of `size` items, in the order of `numpy.triu_indices`."""
     low, high = np.minimum(first, second), np.maximum(first, second)
     return np.asarray(low * size - low * (low - 1) // 2 + high - low)
 
@@ -87,22 +80,16 @@ class FormSpace:
 
     def multiplier_functions(self) -> tuple[Index, Index, Index]:
         """Degree and the two functions of every multiplier monomial, in the order of their indices."""
-        first, second = triangle(self.functions)
+        first, second = np.triu_indices(self.functions)
         degree = np.repeat(np.arange(self.count, dtype=np.int64), first.size)
         return degree, np.tile(first, self.count), np.tile(second, self.count)
 
-    def split(self, coefficients: Array) -> tuple[Array, Array]:
-        """Symmetric matrix W with form = uᵀWu + multiplier part, and S as an array (count, functions, functions)."""
-        first, second = triangle(self.functionals)
-        core = np.zeros((self.functionals, self.functionals))
-        core[first, second] = coefficients[: self.pair_count] / 2.0
-        core = core + core.T
-        multiplier = np.zeros((self.count, self.functions, self.functions))
-        first, second = triangle(self.functions)
-        values = coefficients[self.pair_count :].reshape(self.count, -1) / 2.0
-        multiplier[:, first, second] += values
-        multiplier[:, second, first] += values
-        return core, multiplier
+    def variables(self) -> tuple[Index, Index]:
+        """The two variables of every monomial: points are numbered first, then functions."""
+        behind = np.concatenate([np.arange(self.points), self.points + np.tile(np.arange(self.functions), self.count)])
+        pairs, multipliers = np.triu_indices(self.functionals), self.multiplier_functions()[1:]
+        first, second = (np.append(behind[p], self.points + m) for p, m in zip(pairs, multipliers, strict=True))
+        return first, second
 
 
 class DegreeRule(StrEnum):

@@ -5,11 +5,8 @@ alone, E what reads C_2φ_i at all points and G what the gains add, ė = (F + GE
 the observer itself follows ξ' = (F + GE)ξ - GY, exact between linear samples.
 """
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import scipy
@@ -118,22 +115,6 @@ class DelayGains(ABC):
     def running(self, dt: float, order: int) -> RunningObserver:
         """The observer on samples, every `dt` (s); raises InvalidInputError for a step that does not do."""
 
-    @abstractmethod
-    def trajectory(self, times: Any, disturbance: Any, order: int) -> Trajectory:
-        """The error from rest; raises InvalidInputError as `simulate`."""
-
-
-def equidistant(times: object, disturbance: object, inputs: int) -> tuple[Array, Array, float]:
-    """The instants (M,), the disturbance (M, inputs) and the step of a simulation; raises InvalidInputError."""
-    w = as_matrix("disturbance", disturbance, columns=inputs)
-    instants = as_array("times", times, (len(w),))
-    steps = np.diff(instants)
-    if steps.size < 1 or np.any(steps <= 0.0) or np.ptp(steps) > 1e-9 * steps.max():
-        raise InvalidInputError("times must be at least two and equidistant, increasing")
-    if not np.any(w):
-        raise InvalidInputError("the disturbance must not vanish: the gain would be 0/0")
-    return instants, w, float(steps.mean())
-
 
 def over_step(a: Array, b: Array, dt: float) -> tuple[Array, Array, Array]:
     """e^{a dt}, and the effect of an input of b that is constant, and of one that grows from 0 to 1 over the step."""
@@ -144,14 +125,23 @@ def over_step(a: Array, b: Array, dt: float) -> tuple[Array, Array, Array]:
     return phi[:n, :n], phi[:n, n : n + r], phi[:n, n + r :]
 
 
-def simulate(error: Stage, times: Array, disturbance: Array, states: int) -> Trajectory:
-    """Answer of the error system, from rest, to a disturbance (M, r) that is linear between `times`; exact."""
-    instants, w, h = equidistant(times, disturbance, error.B.shape[1])
-    step, hold, ramp = over_step(error.A, error.B, h)
+def simulate(error: Stage, times: object, disturbance: object, states: int) -> Trajectory:
+    """Answer of the error system, from rest, to a disturbance (M, r) that is linear between `times` (M,); exact.
+
+    Raises InvalidInputError for another shape, unequal steps or a disturbance that is zero.
+    """
+    w = as_matrix("disturbance", disturbance, columns=error.B.shape[1])
+    instants = as_array("times", times, (len(w),))
+    steps = np.diff(instants)
+    if steps.size < 1 or np.any(steps <= 0.0) or np.ptp(steps) > 1e-9 * steps.max():
+        raise InvalidInputError("times must be at least two and equidistant, increasing")
+    if not np.any(w):
+        raise InvalidInputError("the disturbance must not vanish: the gain would be 0/0")
+    step, hold, ramp = over_step(error.A, error.B, float(steps.mean()))
     state = np.zeros((len(instants), len(step)))
     for m in range(len(instants) - 1):
         state[m + 1] = step @ state[m] + hold @ w[m] + ramp @ (w[m + 1] - w[m])
-    return Trajectory(instants, w, state @ error.C.T, state[:, :states])
+    return Trajectory(instants, w, state @ error.C.T + w @ error.D.T, state[:, :states])
 
 
 LONGEST = 1_000_000
@@ -294,7 +284,3 @@ class HistoryObserver(DelayGains):
     def running(self, dt: float, order: int) -> RunningDelayObserver:
         """With y linear between samples."""
         return RunningDelayObserver(self.plant, self.operators, dt=dt, order=order)
-
-    def trajectory(self, times: Any, disturbance: Any, order: int) -> Trajectory:
-        """Of that model, and exact for it."""
-        return simulate(self.error_model(order), times, disturbance, self.plant.states)

@@ -13,6 +13,7 @@ from replication.errors import InvalidInputError
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import legendre
 from replication.estimation.delay.sos.certificate import Certificate
+from replication.estimation.delay.sos.cone import FormSpace
 from replication.estimation.delay.sos.synthesis import derivative_space, point_offsets, state_space
 from replication.estimation.validation import Array, positive_integer
 
@@ -28,39 +29,30 @@ from replication.estimation.validation import Array, positive_integer
 class Operator:
     """Legendre coefficients of the parts, all with the same count C.
 
-    point (mo, mi): P. row (mo, K, ni, C): Q. column (K, no, C, mi): G. multiplier (K, no, ni, C): S.
-    kernel (K, no, C, K, ni, C): R, with p_a(s)p_b(θ).
+    core (mo + K·no·C, mi + K·ni·C): [P, Q; G, R], histories by delay, channel and coefficient.
+    multiplier (K, no, ni, C): S.
     """
 
-    point: Array
-    row: Array
-    column: Array
+    core: Array
     multiplier: Array
-    kernel: Array
 
     @property
     def count(self) -> int:
         """Number of Legendre coefficients C."""
-        return int(self.row.shape[-1])
+        return int(self.multiplier.shape[-1])
 
 
-def self_adjoint(core: Array, multiplier: Array, points: int, delays: int, channels: int) -> Operator:
-    """The operator of the form uᵀWu + Σ∫φᵀSφ: `core` W (m + C·nK)², `multiplier` (C, nK, nK), as `FormSpace.split`."""
-    count = multiplier.shape[0]
-    width = delays * channels
-    corner = core[:points, points:].reshape(points, count, delays, channels)
-    row = np.einsum("mcki->mkic", corner)
-    block = core[points:, points:].reshape(count, delays, channels, count, delays, channels)
-    parts = multiplier.reshape(count, delays, channels, delays, channels)
-    diagonal = np.stack([parts[:, k, :, k, :] for k in range(delays)])
-    assert core.shape[0] == points + count * width
-    return Operator(
-        core[:points, :points],
-        row,
-        np.einsum("mkic->kicm", row),
-        np.einsum("kcij->kijc", diagonal),
-        np.einsum("ckidlj->kicljd", block),
-    )
+def self_adjoint(space: FormSpace, coefficients: Array) -> Operator:
+    """The operator of a form, whose S couples no two delays."""
+    core = np.zeros((space.functionals,) * 2)
+    core[np.triu_indices(space.functionals)] = coefficients[: space.pair_count] / 2.0
+    local = np.zeros((space.count, space.functions, space.functions))
+    local[:, *np.triu_indices(space.functions)] = coefficients[space.pair_count :].reshape(space.count, -1) / 2.0
+    core, local = core + core.T, local + local.mT
+    functions = np.arange(space.functions)[:, None]
+    order = np.concatenate([np.arange(space.points), space.moment(np.arange(space.count), functions).ravel()])
+    parts = local.reshape(space.count, space.delays, space.channels, space.delays, space.channels)
+    return Operator(core[np.ix_(order, order)], np.einsum("ckikj->kijc", parts))
 
 
 # The gains: ℒ = 𝒫⁻¹𝒵, column by column. With Q = HZ and R = ZᵀΓZ in the Legendre basis Z, and K = diag ∫ZS_i⁻¹Zᵀ,
@@ -107,37 +99,26 @@ class ObserverGains:
 
 
 def observer_gains(certificate: Certificate) -> ObserverGains:
-    """The operators 𝒫 and 𝒵 of a certificate."""
-    storage, injection = storage_operator(certificate), injection_operator(certificate)
-    return ObserverGains(storage, injection, certificate.change, certificate.time)
+    """The operators of a certificate: 𝒫 is self-adjoint, with V = ⟨e, 𝒫e⟩ on R^n × L2^n[-1,0]^K."""
+    storage = self_adjoint(state_space(certificate.system, certificate.count), certificate.storage)
+    return ObserverGains(storage, _injection(certificate), certificate.change, certificate.time)
 
 
-def storage_operator(certificate: Certificate) -> Operator:
-    """𝒫 with V = ⟨e, 𝒫e⟩, as a self-adjoint operator on R^n × L2^n[-1,0]^K."""
-    system = certificate.system
-    space = state_space(system, certificate.count)
-    return self_adjoint(*space.split(certificate.storage), system.states, system.delay_count, system.states)
-
-
-def injection_operator(certificate: Certificate) -> Operator:
+def _injection(certificate: Certificate) -> Operator:
     """𝒵 from the coefficients of 2⟨e, 𝒵C_2e⟩: maps (y_0, y_1(-1), .., y_K(-1)) ∈ R^{q(K+1)} and y_i ∈ L2^q."""
     system, count = certificate.system, certificate.count
     n, q, k = system.states, system.measurements, system.delay_count
-    space = derivative_space(system, count)
-    _, e, late = point_offsets(system)
-    whole, now = self_adjoint(*space.split(certificate.residual), space.points, k, n), slice(e, e + n)
+    space, (_, e, late) = derivative_space(system, count), point_offsets(system)
+    whole, at_once = self_adjoint(space, certificate.residual), np.r_[e:late, space.points : space.functionals]
     # Where both sides are measured, each has half of a symmetric coefficient; of end values only one side is.
-    share, sensor = np.where(np.arange(n) < n - q, 1.0, 0.5), np.linalg.inv(system.c2[:, n - q :])
-    point = [share[:, None, None] * whole.point[now, None, now], whole.point[now, late:].reshape(n, k, n)]
-    ends = whole.column[..., late:].reshape(k, n, count, k, n)
-    column = np.concatenate([share[:, None, None, None] * whole.column[..., None, now], ends], axis=3)
-    return Operator(
-        (np.concatenate(point, axis=1)[..., n - q :] @ sensor).reshape(n, (k + 1) * q),
-        np.einsum("n,nkmc,mq->nkqc", share, whole.row[now, :, n - q :], sensor),
-        (column[..., n - q :] @ sensor).reshape(k, n, count, (k + 1) * q),
-        np.einsum("i,kimc,mq->kiqc", share, whole.multiplier[:, :, n - q :], sensor),
-        np.einsum("i,kiclmd,mq->kiclqd", share, whole.kernel[..., n - q :, :], sensor),
-    )
+    share, sensor = np.where(np.arange(n) < n - q, 1.0, 0.5), np.zeros((n, q))
+    sensor[n - q :] = np.linalg.inv(system.c2[:, n - q :])
+    core = whole.core[at_once]
+    core[:, at_once] *= np.concatenate([share, np.tile(np.repeat(share, count), k)])[:, None]
+    each = np.kron(np.eye(k), np.kron(sensor, np.eye(count)))
+    reading = scipy.linalg.block_diag(np.kron(np.eye(k + 1), sensor), each)
+    local = np.einsum("i,kimc,mq->kiqc", share, whole.multiplier, sensor)
+    return Operator(core[:, e:] @ reading, local)
 
 
 def evaluate(gains: ObserverGains, points: Array) -> GainValues:
@@ -146,24 +127,24 @@ def evaluate(gains: ObserverGains, points: Array) -> GainValues:
     Raises InvalidInputError if 𝒫 is not coercive.
     """
     storage, z = gains.storage, gains.injection
-    (n, k, _, count), q, m = storage.row.shape, z.row.shape[2], len(points)
-    if float(np.linalg.eigvalsh(storage.point)[0]) <= 0.0:
+    (k, n, _, count), q, m = storage.multiplier.shape, z.multiplier.shape[2], len(points)
+    P, H, Gamma = storage.core[:n, :n], storage.core[:n, n:], storage.core[n:, n:]
+    if float(np.linalg.eigvalsh(P)[0]) <= 0.0:
         raise InvalidInputError("P is not positive definite: the operator is not coercive; ask for a positive epsilon")
     nodes, weights = legendre.gauss(max(QUADRATURE, 2 * count))
     fine, basis = legendre.evaluate(count, nodes), legendre.evaluate(count, points)
     moment = np.einsum("t,tc,tkij,td->kicjd", weights, fine, multiplier_inverse(storage, nodes), fine, optimize=True)
     K = scipy.linalg.block_diag(*moment.reshape(k, n * count, n * count))
-    H, Gamma = storage.row.reshape(n, -1), storage.kernel.reshape(len(K), -1)
     s = multiplier_inverse(storage, points)
     # Columns of 𝒵: y_0 and the end values, then y_j at every point, which acts through W_6 at that point alone as well.
     at_once = np.einsum("tkij,td,kjqd->tkiq", s, basis, z.multiplier, optimize=True)
     sharp = np.einsum("tc,tkiq,kl->kictlq", basis, at_once, np.eye(k)).reshape(len(K), -1)
-    spread = np.einsum("kicljd,td->kictlj", z.kernel, basis).reshape(len(K), -1)
-    smooth = np.hstack([z.column.reshape(len(K), -1), spread])
-    now = np.hstack([z.point, np.einsum("nljd,td->ntlj", z.row, basis).reshape(n, -1)])
+    at_ends, lines = np.split(z.core, [(k + 1) * q], axis=1)
+    spread = np.einsum("rljd,td->rtlj", lines.reshape(-1, k, q, count), basis).reshape(len(lines), -1)
+    now, smooth = np.split(np.hstack([at_ends, spread]), [n])
     moved = K @ smooth
     moved[:, -sharp.shape[1] :] += sharp
-    whole = np.block([[storage.point, H], [K @ H.T, np.eye(len(K)) + K @ Gamma]])
+    whole = np.block([[P, H], [K @ H.T, np.eye(len(K)) + K @ Gamma]])
     x, mu = np.split(np.linalg.solve(whole, np.vstack([now, moved])), [n])
     rest = (smooth - H.T @ x - Gamma @ mu).reshape(k, n, count, -1)
     back = np.linalg.inv(gains.change) / gains.time  # every gain is a rate
@@ -200,20 +181,16 @@ class GalerkinCheck:
 
 def matrix(operator: Operator, count: int) -> Array:
     """⟨ψ, 𝒪φ⟩ on histories with `count` coefficients, ordered (x; φ_1 channel by channel, coefficient last; φ_2 ..)."""
-    fit = np.eye(count, operator.count)  # appends zeros, or leaves the highest coefficients out
-    delays, out = operator.column.shape[:2]
-    row, column = operator.row @ fit.T, np.einsum("kicm,ac->kiam", operator.column, fit)
-    kernel = np.einsum("kicljd,ac,bd->kialjb", operator.kernel, fit, fit, optimize=True)
-    product = legendre.products(count, operator.count, count, False)
-    for k, local in enumerate(np.einsum("cad,kija->kicjd", product, operator.multiplier)):
-        kernel[k, :, :, k] += local
-    points_out, points_in = operator.point.shape
-    return np.block(
-        [
-            [operator.point, row.reshape(points_out, -1)],
-            [column.reshape(-1, points_in), kernel.reshape(delays * out * count, -1)],
-        ]
+    delays, out, into, own = operator.multiplier.shape
+    fit = np.eye(count, own)  # appends zeros, or leaves the highest coefficients out
+    points = [size - delays * width * own for size, width in zip(operator.core.shape, (out, into), strict=True)]
+    left, right = (
+        scipy.linalg.block_diag(np.eye(size), np.kron(np.eye(delays * width), fit))
+        for size, width in zip(points, (out, into), strict=True)
     )
+    local = np.einsum("cad,kija->kicjd", legendre.products(count, own, count, False), operator.multiplier)
+    diagonal = scipy.linalg.block_diag(np.zeros(points), *local.reshape(delays, out * count, -1))
+    return np.asarray(left @ operator.core @ right.T + diagonal)
 
 
 def generator(system: DelayPlant, count: int) -> Array:
@@ -245,9 +222,9 @@ def check(certificate: Certificate, degree: int = 12) -> GalerkinCheck:
     count = positive_integer("degree", degree) + 1
     system = certificate.system
     n, r, p = system.states, system.inputs, system.outputs
-    storage = matrix(storage_operator(certificate), count)
-    injection = matrix(injection_operator(certificate), count) @ measured_histories(system, count)
-    rate = storage @ generator(system, count) + injection
+    operators = observer_gains(certificate)
+    storage, injection = (matrix(part, count) for part in (operators.storage, operators.injection))
+    rate = storage @ generator(system, count) + injection @ measured_histories(system, count)
     late = end_values(system, count, -1.0)
     size = storage.shape[0]
     output = np.pad(system.c10, ((0, 0), (0, size - n))) + sum(c @ late[i] for i, c in enumerate(system.c1))

@@ -15,7 +15,7 @@ from replication.errors import InvalidInputError
 from replication.estimation.conic.program import Program
 from replication.estimation.delay.plant import DelayPlant
 from replication.estimation.delay.sos import cone, legendre
-from replication.estimation.delay.sos.cone import Blocks, DegreeRule, FormSpace, Index, triangle
+from replication.estimation.delay.sos.cone import Blocks, DegreeRule, FormSpace, Index
 from replication.estimation.delay.units import measured_last
 from replication.estimation.validation import Array, positive_integer, positive_scalar
 
@@ -29,6 +29,7 @@ from replication.estimation.validation import Array, positive_integer, positive_
 # leave the derivative of V and stand in |w|² only. The form is the same, and its program far sparser.
 
 
+Mask = npt.NDArray[np.bool_]
 PIVOT, WEAK = 0.1, 0.03
 """Where rates replace disturbances: least pivot of B, rows scaled to length one, and least row of B relative to its
 largest and to that of [A_0 .. A_K]. The change stays well-conditioned, and the coefficients of |w|² moderate.
@@ -143,7 +144,7 @@ def energy(space: FormSpace, e: int = 0) -> Array:
     return coefficients
 
 
-def supply(system: DelayPlant, count: int, drive: Drive | None = None) -> tuple[Array, Array]:
+def supply(system: DelayPlant, count: int, drive: Drive) -> tuple[Array, Array]:
     """Coefficients of 2vᵀC_1e and of -(|w|² + |v|²): the form is the first plus γ times the second (Theorem 1)."""
     space = derivative_space(system, count)
     v, e, _ = point_offsets(system)
@@ -151,34 +152,31 @@ def supply(system: DelayPlant, count: int, drive: Drive | None = None) -> tuple[
     outputs = np.hstack([system.c10, *system.c1])
     rows, columns = np.divmod(np.arange(outputs.size), outputs.shape[1])
     cross[space.pair(v + rows, e + columns)] = 2.0 * outputs.ravel()
-    signal = (drive or direct(system)).signal
-    weight = signal.T @ signal
+    weight = drive.signal.T @ drive.signal
     weight[v:e, v:e] += np.eye(system.outputs)
-    first, second = triangle(space.points)
+    first, second = np.triu_indices(space.points)
     level[space.pair(first, second)] = -np.where(first == second, 1.0, 2.0) * weight[first, second]
     return cross, level
 
 
-def absorbed(system: DelayPlant, count: int) -> npt.NDArray[np.bool_]:
+def absorbed(system: DelayPlant, count: int) -> Mask:
     """Mask of the coefficients of dV/dt that the free operator 𝒵 can cancel, for a system with C_2 = [0 c].
 
     𝒵C_2 adds 2⟨e, 𝒵C_2e⟩, so: (e,e), (e,φ), (φ,φ) where either side is measured, (e,φ(-1)) and (φ(-1),φ) where the
     end value φ(-1) is measured.
     """
-    space = derivative_space(system, count)
-    n, q, k = system.states, system.measurements, system.delay_count
-    _, e, late = point_offsets(system)
-    hidden = np.arange(n) >= n - q
-    measured = np.concatenate([np.zeros(e, dtype=bool), np.tile(hidden, 1 + k + k * count)])
-    position = np.arange(space.functionals)
-    end = (position >= late) & (position < space.points)
-    state = (position >= e) & ~end  # e and the moments
-    first, second = triangle(space.functionals)
-    inside = state[first] & state[second] & (measured[first] | measured[second])
-    ends = (state[first] & (end & measured)[second]) | ((end & measured)[first] & state[second])
+    space, (_, e, late) = derivative_space(system, count), point_offsets(system)
+    n, k = system.states, system.delay_count
+    measured = np.concatenate([np.zeros(e, dtype=bool), np.tile(np.arange(n) >= n - system.measurements, 1 + 2 * k)])
+    variable = np.arange(measured.size)
+    end = (variable >= late) & (variable < space.points)
+    state, shown = (variable >= e) & ~end, end & measured
+    first, second = space.variables()
+    mask: Mask = state[first] & state[second] & (measured[first] | measured[second])
+    mask |= (state[first] & shown[second]) | (shown[first] & state[second])
     _, left, right = space.multiplier_functions()
-    multiplier = (left // n == right // n) & (np.tile(hidden, k)[left] | np.tile(hidden, k)[right])
-    return np.concatenate([inside | ends, multiplier])
+    mask[space.pair_count :] &= left // n == right // n
+    return mask
 
 
 # The program
@@ -194,9 +192,8 @@ class Assembly:
     """The pieces of the program that do not depend on γ and ε.
 
     storage, dissipation: coefficients of V and of N, linear in the matrices of their cones; derivative: those of dV/dt,
-    linear in those of V. v_labels, h_labels: for each matrix of the cones of V and of N the variable behind each row,
-    points first, then functions. kept: mask of the monomials of dV/dt that must match. drive: the variables of dV/dt,
-    `direct` if None.
+    linear in those of V; supply: those of the supply rate. v_labels, h_labels: for each matrix of the cones of V and of
+    N the variable behind each row, points first, then functions. kept: mask of the monomials of dV/dt that must match.
     """
 
     system: DelayPlant
@@ -209,8 +206,8 @@ class Assembly:
     dissipation: scipy.sparse.csr_array
     v_labels: tuple[Index, ...]
     h_labels: tuple[Index, ...]
-    kept: npt.NDArray[np.bool_]
-    drive: Drive | None = None
+    kept: Mask
+    supply: tuple[Array, Array]
 
 
 def assemble(
@@ -240,11 +237,11 @@ def assemble(
         (storage, v_labels), (dissipation, h_labels) = (
             cone.cone(space, degree, ramp=ramp) for space, ramp in zip(spaces, (True, False), strict=True)
         )
-    drive = by_rates(inner) if rates else None
-    derivative = lie_derivative(inner, count, drive)
+    drive = by_rates(inner) if rates else direct(inner)
+    derivative, rate = lie_derivative(inner, count, drive), supply(inner, count, drive)
     mask = ~absorbed(inner, count)
     return Assembly(
-        inner, change, degree, rule, count, storage, derivative, dissipation, v_labels, h_labels, mask, drive
+        inner, change, degree, rule, count, storage, derivative, dissipation, v_labels, h_labels, mask, rate
     )
 
 
@@ -262,9 +259,8 @@ def program(assembly: Assembly, epsilon: float, gamma: float | None = None) -> P
     """Minimise γ (`gamma` None), or minimise the trace of the cone matrices at the given level; ε is not negative."""
     if epsilon != 0.0:
         positive_scalar("epsilon", epsilon)
-    system, count, drive = assembly.system, assembly.count, assembly.drive
+    system, count, (cross, level) = assembly.system, assembly.count, assembly.supply
     v_space, h_space = state_space(system, count), derivative_space(system, count)
-    cross, level = supply(system, count, drive)
     strict = energy(h_space, point_offsets(system)[1]) + assembly.derivative @ energy(v_space)
     constant = cross + epsilon * strict
     _, first, second = v_space.multiplier_functions()
@@ -294,31 +290,25 @@ def program(assembly: Assembly, epsilon: float, gamma: float | None = None) -> P
 # not.
 
 
-Mask = npt.NDArray[np.bool_]
-
-
 def reduced(assembly: Assembly) -> Assembly:
     """The program of `assembly` with rows and columns of measured variables left out; its certificates are limits.
 
     For γ only: a point of it gives a certificate of Theorem 3 for every level above, but not by itself.
     """
-    system, count = assembly.system, assembly.count
-    source, target = state_space(system, count), derivative_space(system, count)
-    _, e, late = point_offsets(system)
-    unmeasured = np.arange(system.states) < system.states - system.measurements
-    functions = np.tile(unmeasured, system.delay_count)
-    points = np.ones(target.points, dtype=bool)
-    points[e:late], points[late:] = unmeasured, functions
-    everything = np.ones(source.points, dtype=bool)
-    storage, v_labels = _restricted(assembly.storage, assembly.v_labels, np.concatenate([everything, functions]))
-    dissipation, h_labels = _restricted(assembly.dissipation, assembly.h_labels, np.concatenate([points, functions]))
+    system = assembly.system
+    unmeasured, e = np.arange(system.states) < system.states - system.measurements, point_offsets(system)[1]
+    of_v = np.concatenate([np.ones(system.states, dtype=bool), np.tile(unmeasured, system.delay_count)])
+    of_h = np.concatenate([np.ones(e, dtype=bool), np.tile(unmeasured, 1 + 2 * system.delay_count)])
+    storage, v_labels = _restricted(assembly.storage, assembly.v_labels, of_v)
+    dissipation, h_labels = _restricted(assembly.dissipation, assembly.h_labels, of_h)
+    first, second = derivative_space(system, assembly.count).variables()
     return replace(
         assembly,
         storage=storage,
         dissipation=dissipation,
         v_labels=v_labels,
         h_labels=h_labels,
-        kept=assembly.kept & _named(target, points, functions),
+        kept=assembly.kept & of_h[first] & of_h[second],
     )
 
 
@@ -330,11 +320,3 @@ def _restricted(
     mask = np.concatenate([np.outer(row, row).ravel() for row in rows])
     left = tuple(label[row] for label, row in zip(labels, rows, strict=True) if np.any(row))
     return columns[:, np.flatnonzero(mask)], left
-
-
-def _named(space: FormSpace, points: Mask, functions: Mask) -> Mask:
-    """Mask of the monomials that name kept variables only."""
-    functionals = np.concatenate([points, np.tile(functions, space.count)])
-    first, second = triangle(space.functionals)
-    _, left, right = space.multiplier_functions()
-    return np.concatenate([functionals[first] & functionals[second], functions[left] & functions[right]])
