@@ -319,7 +319,7 @@ def _achievable(
     H = np.broadcast_to(B_d[:, :, None] * B_d[:, None, :], G.shape)
     maps = RiccatiMap(np.broadcast_to(A, G.shape), G, H)
     states = settled_each(maps)
-    good = np.isfinite(states).all(axis=(0, 2, 3))
+    good = np.asarray(np.isfinite(states).all(axis=(0, 2, 3)))
     spectrum = np.linalg.eigvalsh(states[:, good])
     least, largest = spectrum[..., 0], spectrum[..., -1]
     closed = monodromy(recentre(maps.at(np.s_[:, good]), states[:, good]).A)
