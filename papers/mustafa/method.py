@@ -265,10 +265,8 @@ def modal(plant: SampledPlant) -> SampledPlant:
 
 def delta_radius(A: Array, half_width: float) -> float:
     """Bound of ||Delta(theta)|| for |theta| <= half_width from Lemma 3: (e^{mu t} - 1) / mu for both signs of theta."""
-    bounds = []
-    for mu in (logarithmic_norm(A), logarithmic_norm(-A)):
-        bounds.append(half_width if abs(mu * half_width) < 1e-12 else float(np.expm1(mu * half_width)) / mu)
-    return max(bounds)
+    norms = logarithmic_norm(A), logarithmic_norm(-A)
+    return max(half_width if abs(mu * half_width) < 1e-12 else float(np.expm1(mu * half_width)) / mu for mu in norms)
 
 
 def robust_lmi_design(plant: SampledPlant, periods: PeriodRange, cells: int) -> robust.FilterDesign:

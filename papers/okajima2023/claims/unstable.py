@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from papers._common import solvers
-from papers.okajima2023.experiments.declared import HALF_UNIT_OF_POLES
+from papers.okajima2023.method.recovery import HALF_UNIT_POLE
 from papers.okajima2023.printed import DATA, bracketed, poles
 from replication.audit.declare import Part, below, positive
 from replication.audit.model import NO_READING, Evidence, Kind, Outcome, Results
@@ -38,7 +38,7 @@ STATED = poles(DATA["poles"])
 
 def as_stated(spectrum: list[list[float]]) -> bool:
     """Whether poles, one of each pair, are those of A within half a unit of each part; in the same order."""
-    return bool(np.all(np.abs(np.subtract(spectrum, STATED)) <= HALF_UNIT_OF_POLES))
+    return bool(np.all(np.abs(np.subtract(spectrum, STATED)) <= HALF_UNIT_POLE))
 
 
 def radius_of(spectrum: list[list[float]]) -> float:

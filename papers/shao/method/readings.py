@@ -43,12 +43,6 @@ class Structure:
     discrete_gain: bool = False
     current: bool = False
 
-    @property
-    def words(self) -> tuple[str, str, str, str]:
-        """Feedforward, timing of the reference, kind of gain, form of the observer."""
-        gain = "discrete" if self.discrete_gain else "continuous"
-        return self.feedforward, self.timing, gain, "current" if self.current else "predictor"
-
 
 @dataclass(frozen=True)
 class Reading:
