@@ -50,7 +50,8 @@ def reduced_lmi_design(problem: MultirateProblem, *, accept: tuple[str, ...] = S
     require_problem(problem)
     layout = Layout(problem)
     cost = np.eye(layout.level + 1)[layout.level]
-    solution = solve_clarabel(program_under(cost, *inequalities(layout)), accept=accept)
+    phases = (inequality(layout, k) for k in range(len(layout.rows)))
+    solution = solve_clarabel(program_under(cost, *phases), accept=accept)
     return LmiDesign(*layout.design(solution.multipliers), solution.report)
 
 
@@ -82,13 +83,11 @@ class Layout:
         return float(np.sqrt(max(x[self.level], 0.0))), gains, P
 
 
-def inequalities(layout: Layout) -> list[Inequalities]:
-    """The matrix of eq. (30) at each phase, reduced and in scaled states, with the few variables that stand in it."""
-    return [_phase(layout, k) for k in range(len(layout.rows))]
+def inequality(layout: Layout, k: int) -> Inequalities:
+    """The matrix of eq. (30) at phase k, reduced and in scaled states, with the few variables that stand in it.
 
-
-def _phase(layout: Layout, k: int) -> Inequalities:
-    """The matrix is affine: what each variable alone adds to it is its coefficient."""
+    It is affine: what each variable alone adds to it is its coefficient.
+    """
     plant, rows, P, before, Y = layout.plant, layout.rows[k], layout.P[k], layout.P[k - 1], layout.Y[k]
     T, T_next = layout.scales[k], layout.scales[(k + 1) % len(layout.rows)]
     A, B = np.linalg.solve(T_next, plant.A @ T), np.linalg.solve(T_next, plant.B_d)
@@ -243,7 +242,7 @@ def central_path(
     Raises InfeasibleError if the gains do not stabilise, SolverError if Newton's method does not reach a centre.
     """
     layout = Layout(problem)
-    blocks = inequalities(layout)
+    blocks = [inequality(layout, k) for k in range(len(layout.rows))]
     x = _interior_point(problem, start_gains, layout, blocks)
     # At a centre, the gap is (sum of the sizes of F_k) / t.
     order = sum(block.constant.shape[-1] for block in blocks)
