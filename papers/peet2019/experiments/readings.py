@@ -9,15 +9,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from papers.peet2019.experiments.examples import LOOSE
+from papers.peet2019.experiments.examples import LOOSE, Json
 from replication.estimation.conic.sdpa import one_process, solve_sdpa
 from replication.estimation.delay.plant import DelayPlant, delay_system
 from replication.estimation.delay.sos.cone import Blocks, ConeBlock
 from replication.estimation.delay.sos.synthesis import assemble, program, reduced
 from replication.estimation.delay.units import gain_scaled
-
-Json = dict[str, Any]
-
 
 MOST_SOLVED = 2
 """Degree up to which γ is solved under every reading."""
