@@ -24,7 +24,6 @@ from papers.okajima2023.method.lmi import (
     matrix_30,
     minimise,
     reduced_lmi_design,
-    root,
     theorem2_size,
 )
 from papers.okajima2023.printed import PLANT as PRINTED
@@ -94,12 +93,12 @@ def cyclic_lmi_design(problem: MultirateProblem, *, accept: tuple[str, ...]) -> 
     cyclic = np.kron(ahead, plant.A), np.kron(ahead, plant.B_d), C, D, np.kron(np.eye(N), plant.W)
     P, Y = cvxpy.Variable((N * n, N * n), symmetric=True), cvxpy.Variable((N * n, N * q))
     level_squared = cvxpy.Variable()
-    report = minimise(level_squared, [matrix_30(cyclic, P, P, Y, level_squared)], accept)
+    level, report = minimise(level_squared, [matrix_30(cyclic, P, P, Y, level_squared)], accept)
     # The blocks of phase k act on the state at phase k + 1.
     phases = [(slice(n * ((k + 1) % N), n * ((k + 1) % N) + n), slice(q * k, q * (k + 1))) for k in range(N)]
     P_k, Y_k = (np.array(blocks) for blocks in zip(*((P.value[i, i], Y.value[i, j]) for i, j in phases), strict=True))
     gains = np.linalg.solve(P_k, Y_k) * problem.schedule.mask[:, None, :]
-    return LmiDesign(root(level_squared), gains, P_k, report)
+    return LmiDesign(level, gains, P_k, report)
 
 
 ROUTES: dict[str, Callable[[MultirateProblem], Outcome]] = {

@@ -219,21 +219,15 @@ def _plot(function: Callable[[Columns], Any]) -> Callable[[FigureData], Any]:
     return wraps(function)(lambda figure: function(figure.columns))
 
 
-class Read(Mapping[str, Any]):
-    """Results, and the names of those that were read."""
+class Read(dict[str, Any]):
+    """Of results those that were read."""
 
     def __init__(self, results: Results) -> None:
-        self._results, self.names = results, set[str]()
+        super().__init__()
+        self._results = results
 
-    def __getitem__(self, name: str) -> Any:
-        self.names.add(name)
-        return self._results[name]
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._results)
-
-    def __len__(self) -> int:
-        return len(self._results)
+    def __missing__(self, name: str) -> Any:
+        return self.setdefault(name, self._results[name])
 
 
 def _require_same(what: str, entries: Iterable[str], functions: Iterable[str]) -> None:

@@ -250,14 +250,6 @@ def printed_design(plant: SampledPlant, periods: Sequence[float]) -> robust.LmiS
 # Asking both channels for the same gamma, as the text says, would force gamma >= alpha; the free multiplier does not.
 
 
-@dataclass(frozen=True)
-class RobustLmiDesign(robust.LmiSolution):
-    """Its level holds for every sequence in the range; alphas: alpha_i of the cells; radius: their delta_i."""
-
-    alphas: tuple[float, ...]
-    radius: float
-
-
 def modal_transform(A: Array) -> Array:
     """T such that T A T^-1 is real block diagonal and normal, for an A that has as many eigenvectors as states."""
     values, vectors = np.linalg.eig(A)
@@ -272,65 +264,48 @@ def modal(plant: SampledPlant) -> SampledPlant:
 
 def delta_radius(A: Array, half_width: float) -> float:
     """Bound of ||Delta(theta)|| for |theta| <= half_width from Lemma 3: (e^{mu t} - 1) / mu for both signs of theta."""
-    bounds = []
-    for mu in (logarithmic_norm(A), logarithmic_norm(-A)):
-        bounds.append(half_width if abs(mu * half_width) < 1e-12 else float(np.expm1(mu * half_width)) / mu)
-    return max(bounds)
+    norms = logarithmic_norm(A), logarithmic_norm(-A)
+    return max(half_width if abs(mu * half_width) < 1e-12 else float(np.expm1(mu * half_width)) / mu for mu in norms)
 
 
-def robust_lmi_design(plant: SampledPlant, periods: PeriodRange, cells: int) -> RobustLmiDesign:
-    """Minimise gamma subject to (13) on `cells` equal cells; Delta is measured in modal coordinates."""
-    width, measured = (periods.h_u - periods.h_l) / cells, modal(plant)
+def robust_lmi_design(plant: SampledPlant, periods: PeriodRange, cells: int) -> robust.LmiSolution:
+    """Minimise gamma subject to (13) on `cells` equal cells around the periods of the design, for every sequence.
+
+    Delta is measured in modal coordinates.
+    """
+    width = (periods.h_u - periods.h_l) / cells
     centres = [periods.h_l + width * (i + 0.5) for i in range(cells)]
-    radius = delta_radius(measured.A, width / 2)
+    radius = delta_radius(modal(plant).A, width / 2)
     normalised = robust.normalise(plant, periods.middle)
-    frame = modal_transform(plant.A) @ np.linalg.inv(normalised.T)
-    # The unknowns are those of (10) and then the multipliers; -(13) is affine in them.
-    basis = robust.variable_basis(normalised.plant)
-    unknowns = len(basis.delta) - 1
-    extended = robust.LmiVariables(
-        **{name: np.concatenate([x, np.zeros_like(x[:1])]) for name, x in vars(basis).items()}
-    )
-    multiplier = np.eye(unknowns + 2)[-1]
-    system = normalised.plant
-    stacks = np.array([-lmi13(system, frame, *system.discretise(h), radius, extended, multiplier) for h in centres])
-    constant, variables = stacks[:, 0], np.array([[*range(unknowns), unknowns + i] for i in range(cells)])
+    frame, basis = modal_transform(plant.A) @ np.linalg.inv(normalised.T), robust.variable_basis(normalised.plant)
+    stacks = np.array([-lmi13(normalised.plant, h, basis, frame, radius) for h in centres])
+    constant, unknowns = stacks[:, 0], len(basis.delta) - 1
+    # The unknowns are those of (10) and then the multipliers.
+    variables = np.array([[*range(unknowns), unknowns + i] for i in range(cells)])
     group = program.Inequalities(constant, stacks[:, 1:] - constant[:, None], variables)
     cost = np.eye(unknowns + cells)[0]
     solution = program.solve_clarabel(program.program_under(cost, group), accept=program.ALMOST)
     v = robust.combine(basis, solution.multipliers[:unknowns])
-    alphas = tuple(small_gain_alpha(measured, h) for h in centres)
-    return RobustLmiDesign(normalised, v, tuple(centres), (), solution.report, alphas, radius)
+    return robust.LmiSolution(normalised, v, tuple(centres), (), solution.report)
 
 
-def lmi13(
-    plant: SampledPlant,
-    frame: Array,
-    Phi: Array,
-    Gamma: Array,
-    radius: float,
-    v: robust.LmiVariables,
-    multiplier: Array,
-) -> Array:
-    """The matrix of (13) for one cell, order 6n + s + m. `frame` (n, n): Delta is measured in coordinates frame @ x.
+def lmi13(plant: SampledPlant, h: float, basis: robust.LmiVariables, frame: Array, radius: float) -> Array:
+    """The matrix of (13), order 6n + s + m, for the cell around h: at each entry of the basis, and at the multiplier.
 
-    `v` and `multiplier` may be stacks.
+    It is affine in them. frame (n, n): Delta is measured in coordinates frame @ x.
     """
-    n, s, m = plant.order, len(plant.L), plant.B.shape[1]
-    base = robust.lmi10(plant, Phi, Gamma, v)
-    total = 6 * n + s + m
-    matrix = np.zeros((*base.shape[:-2], total, total))
-    # Positions of the blocks of (10) among those of (13): eta comes after e, xi after the second (Z, Y).
-    eta = np.arange(2 * n + s, 3 * n + s)
-    xi = np.arange(5 * n + s, 6 * n + s)
-    positions = np.setdiff1d(np.arange(total), np.concatenate([eta, xi]))
-    matrix[..., positions[:, None], positions] = base
-    scale = np.asarray(multiplier)[..., None, None]
-    matrix[..., eta[:, None], eta] = matrix[..., xi[:, None], xi] = -scale * np.eye(n)
-    drift = frame @ np.hstack([plant.A @ Phi, plant.A @ Phi, plant.A @ Gamma + plant.B])
-    drift_columns = np.concatenate([np.arange(3 * n + s, 5 * n + s), np.arange(6 * n + s, total)])
-    storage = np.concatenate([v.Z, v.Y], axis=-2) @ np.linalg.inv(frame)
-    for rows, columns, block in ((eta, drift_columns, scale * radius * drift), (np.arange(2 * n), xi, storage)):
-        matrix[..., rows[:, None], columns] = block
-        matrix[..., columns[:, None], rows] = np.swapaxes(block, -1, -2)
-    return matrix
+    v = robust.LmiVariables(**{name: np.concatenate([x, np.zeros_like(x[:1])]) for name, x in vars(basis).items()})
+    n, s, (Phi, Gamma) = plant.order, len(plant.L), plant.discretise(h)
+    base, multiplier = robust.lmi10(plant, Phi, Gamma, v), np.eye(len(v.delta))[-1][:, None, None]
+    size = base.shape[-1]
+    # (10) bordered by eta and xi, which then move behind e and behind the second (Z, Y).
+    eta, xi = slice(size, size + n), slice(size + n, size + 2 * n)
+    matrix = np.zeros((len(base), size + 2 * n, size + 2 * n))
+    matrix[:, :size, :size] = base
+    matrix[:, eta, eta] = matrix[:, xi, xi] = -multiplier * np.eye(n)
+    drift = np.hstack([plant.A @ Phi, plant.A @ Phi, plant.A @ Gamma + plant.B])
+    matrix[:, eta, 2 * n + s : size] = multiplier * radius * (frame @ drift)
+    matrix[:, xi, : 2 * n] = (np.concatenate([v.Z, v.Y], axis=1) @ np.linalg.inv(frame)).mT
+    matrix[:, :size, size:] = matrix[:, size:, :size].mT
+    order = np.r_[: 2 * n + s, eta, 2 * n + s : 4 * n + s, xi, 4 * n + s : size]
+    return matrix[:, order[:, None], order]

@@ -196,23 +196,19 @@ def _plot_cloud(axis: Any, name: str, products: Sequence[float], costs: Sequence
     axis.loglog(products, costs, marker, markersize=4, color=colour, markerfacecolor="none")
     points = _fitted(products, costs)
     slope = exponent(points)
+    words = f"{name},\npower {slope:.1f}"
     at = math.exp(sum(math.log(cost / k**slope) for k, cost in points) / len(points))
     ends = [min(points)[0], max(points)[0]]
     axis.loglog(ends, [at * k**slope for k in ends], color=colour, linestyle=dashes, linewidth=1.1)
     if name == "cvxpy":  # its line is short, and ends among the points of others
-        say(axis, f"{name},\n{_power(slope)}", (ends[0], 10 * max(costs[:5])), ha="right", color=colour)
+        say(axis, words, (ends[0], 10 * max(costs[:5])), ha="right", color=colour)
     else:
         end = (NAMES_AT, at * max(points)[0] ** slope)
         lift = {"published": 8, "full cone": 22 if products[-1] < NAMES_AT / 2 else 6}.get(name, -12)
         axis.annotate(
-            f"{name},\n{_power(slope)}", end, xytext=(0, lift), textcoords="offset points", va="center", color=colour,
+            words, end, xytext=(0, lift), textcoords="offset points", va="center", color=colour,
             annotation_clip=False,
         )  # fmt: skip
-
-
-def _power(slope: float) -> str:
-    """The exponent of a cloud, in words."""
-    return f"power {slope:.1f}"
 
 
 def growth(c: Columns, x: str, y: str) -> float:

@@ -13,9 +13,8 @@ import numpy as np
 from papers._common import INPUTS, Told, common_levels, curve, dots, label, parts_of, signal, ticks
 from papers.shao import printed
 from papers.shao.claims import comparison, table, theory
-from papers.shao.experiments import motor, theorem, tracking
-from papers.shao.experiments.motor import PREDICTORS
-from papers.shao.experiments.tracking import SEARCH, merged
+from papers.shao.experiments import theorem, tracking
+from papers.shao.experiments.tracking import PREDICTORS, SEARCH, merged
 from papers.shao.figures import FIGURES
 from papers.shao.printed import APO, COUNTEREXAMPLE, DATA, DESIGN
 from replication.audit.brief import Curve, Draws, Sketch, Traces
@@ -199,9 +198,9 @@ def _largest_move(results: Results) -> float:
 
 
 EXPERIMENTS = (
-    experiment("common", motor.on_common_plant, **INPUTS),
+    experiment("common", tracking.on_common_plant, **INPUTS),
     experiment(
-        "sensitivity", motor.sensitivity, prints=motor.PRINTS, pole_pairs=int(DATA["pole_pairs"]),
+        "sensitivity", tracking.sensitivity, prints=tracking.PRINTS, pole_pairs=int(DATA["pole_pairs"]),
         period=float(DATA["period"]), ratio=int(DATA["ratio"]),
         cells=[
             {"observer": observer, "frequency": sigma, "claim": f"table.{column}-{index}"}
@@ -209,8 +208,8 @@ EXPERIMENTS = (
             for index, sigma in enumerate(printed.FREQUENCIES, 1)
         ],
     ),
-    experiment("motor", motor.motor_model, seed=1),
-    experiment("eigenvalues", motor.motor_eigenvalues, periods=np.geomspace(1e-3, 0.4, 200).tolist()),
+    experiment("motor", theorem.motor_model, seed=1),
+    experiment("eigenvalues", theorem.motor_eigenvalues, periods=np.geomspace(1e-3, 0.4, 200).tolist()),
     experiment("table", tracking.table, simulated_periods=60),
     experiment("orderings", tracking.orderings),
     experiment("windows", tracking.windows),

@@ -123,7 +123,7 @@ def results_of(paper: Paper, function: Callable[[Results], Any], fresh_run: Outc
     computed = {name.removeprefix(f"{paper.key}."): value for name, value in fresh_run.results_by_experiment.items()}
     read = Read(computed)
     function(read)
-    return {name: computed[name] for name in read.names}
+    return dict(read)
 
 
 @pytest.mark.parametrize("key", papers.KEYS)

@@ -122,7 +122,7 @@ def test_each_correction_that_a_claim_rests_on_is_named(results: Results) -> Non
     for name, claim in CLAIMS.items():
         wanted = {erratum for erratum, readings in CORRECTED.items() if claim.reading in readings}
         note = claim.answer(read := Read(results)).note
-        if any(use.endswith(".2") or use.startswith(OF_SECOND) for use in read.names):
+        if any(use.endswith(".2") or use.startswith(OF_SECOND) for use in read):
             wanted.add("motor-constant")
         field = (claim.erratum or "").removeprefix(f"{KEY}.")
         noted = re.findall(r"[\w-]+", " ".join(re.findall(r"\(errat(?:um|a) ([^)]*)\)", note)))

@@ -15,7 +15,7 @@ from papers.peet2019.experiments import identities, scaling
 from papers.peet2019.experiments.declared import OFF_THE_PRINT
 from papers.peet2019.experiments.examples import as_printed, refuted, synthesised
 from papers.peet2019.experiments.identities import DELAYS, MISPRINTS, N, Poly, coercive, matrix_3, sample, storage
-from papers.peet2019.experiments.readings import HOUSE, READINGS, Rule, attainable, blocks_of, inside
+from papers.peet2019.experiments.readings import HOUSE, READINGS, Rule, attainable, inside
 from papers.peet2019.printed import COLUMNS, DATA, DELAY_COUNTS, EXAMPLES, STATES, published
 from replication.estimation.delay import delay_system
 from replication.estimation.delay.sos.cone import ConeBlock
@@ -152,7 +152,7 @@ def test_theorems_speak_of_the_rules_that_hold_their_squares(degree: int) -> Non
             assert set(said) == holding if given == degree else set(said) <= holding
         for rule, name in levels.NARROW.items():
             assert levels.narrow(degree).readings({"degree": given, "rule": rule}) == (name,)
-            allowed = blocks_of(READINGS[name].storage(degree))
+            allowed = READINGS[name].storage(degree)
             # A bound from below is on all squares of the reading, of a lower degree too.
             assert all(block.degree == degree for block in allowed)
             assert all(_members(block) == set(kernels(degree, rule)) for block in allowed)

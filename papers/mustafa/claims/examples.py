@@ -87,7 +87,6 @@ for name, level in DATA["gamma-13"].items():
         level,
         statement=f"The level of the {name} filter of reference [13].",
         reason="A level of a paper that is not at hand; its performance index is in continuous time, as the text says.",
-        reading=NO_READING,
     )
 LEVELS.cited(
     "cited.14",
@@ -95,7 +94,6 @@ LEVELS.cited(
     statement="The level of the filter of reference [14].",
     reason="A level of a paper that is not at hand; the text calls that filter robust and does not say for which "
     "index.",
-    reading=NO_READING,
 )
 
 
@@ -119,7 +117,6 @@ def norm_of_printed_filter(results: Results) -> Evidence:
     "filter.output-matrix",
     PRINTED_FILTER["C_f"],
     erratum=MISNAMED,
-    pinned="reproduced",
     says=term("output matrix", "printed-filter", level=str(GAMMA[2])),
 )
 def output_matrix(results: Results) -> Evidence:

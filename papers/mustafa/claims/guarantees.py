@@ -13,7 +13,7 @@ from replication.verify.predicate import Predicate, term
 
 NOT_NOMINAL, SOME_LEVEL = "every sequence, against Theorem 3 and Sec. V-A", "a level, whichever"
 GRID_PERIODS = "periods of the grid"
-ABSTRACT = Part("Abstract, Secs. I and VII: what the filter guarantees")
+ABSTRACT = Part("Abstract, Secs. I and VII: what the filter guarantees", reading=NO_READING)
 
 
 RANGE, MIDDLE = {"from": "h_l", "to": "h_u"}, {"from": "middle", "to": "middle"}
@@ -132,7 +132,6 @@ for e, place, said_of in (
         statement=f"Example {e} has a performance level for every sequence of sampling periods; of the printed one "
         f"{said_of}.",
         erratum=SLIP[e],
-        pinned="consistent",
         says=robust_level(e),
         reading=SOME_LEVEL,
     )(partial(guaranteed, e))
@@ -225,9 +224,7 @@ for e in EXAMPLES:
         statement=f"In Example {e} the filter of the one period of the grid is valid at all periods of the range: the "
         "error system is stable for every sequence.",
         erratum=SLIP[e],
-        pinned="consistent",
         says=STABLE_WITH[e],
-        reading=NO_READING,
     )(partial(solution_is_valid, e))
     ABSTRACT.feasible(
         f"valid-own.{e}",

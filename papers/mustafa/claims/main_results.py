@@ -13,7 +13,7 @@ from replication.audit.model import NO_READING, Evidence, Results
 from replication.verify.predicate import term
 
 THEOREM_1 = Part("Sec. III, condition (8); Theorem 1, eq. (9), cases L3 and U3; its conservatism", reading=NO_READING)
-THEOREM_2 = Part("Theorem 2, what it concludes")
+THEOREM_2 = Part("Theorem 2, what it concludes", reading=NO_READING)
 THEOREM_3 = Part("Theorem 3, eqs. (10) and (11)", reading=NO_READING)
 
 AT_ELEMENTS = 1e-6
@@ -109,7 +109,6 @@ for e, which in (1, "every filter that satisfies (6) at one period"), (2, "the p
         place=GAMMA[e].place,
         statement=f"The error system of Example {e} is robustly stable over the whole range, with {which}.",
         erratum=SLIP[e],
-        reading=NO_READING,
         says=STABLE[e],
     )(partial(robustly_stable, e))
 
@@ -161,7 +160,6 @@ for part, name, place, statement in (
         place=place,
         statement=statement
         or f"{place}: under (2), the error system is robustly stable for all periods that it names.",
-        reading=NO_READING,
         says=STABLE[1],
     )(stability_follows)
 
@@ -169,7 +167,6 @@ for part, name, place, statement in (
 @THEOREM_1.feasible(
     "small-gain.required",
     place="Sec. III, before (8)",
-    reading=NO_READING,
     says=STABLE[1],
 )
 def small_gain_is_required(results: Results) -> Evidence:

@@ -39,7 +39,7 @@ def _noted(answer: Callable[[Results], Evidence]) -> Callable[[Results], Evidenc
     def noted(results: Results) -> Evidence:
         evidence = answer(read := Read(results))
         return (
-            replace(evidence, note=f"{evidence.note} {MOTOR_CONSTANT}".strip()) if OF_SECOND & read.names else evidence
+            replace(evidence, note=f"{evidence.note} {MOTOR_CONSTANT}".strip()) if OF_SECOND & read.keys() else evidence
         )
 
     return noted

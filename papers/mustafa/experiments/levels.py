@@ -175,13 +175,14 @@ def robust(plant: Matrices, periods: list[float], cells: int) -> Json:
     system, span = problem(plant, periods)
     exchanged, restored = robust_design(system, span), method.robust_lmi_design(system, span, cells)
     modal = method.modal(system)
-    whole = method.delta_radius(modal.A, (span.h_u - span.h_l) / 2)
+    alpha = max(method.small_gain_alpha(modal, h) for h in restored.periods)
+    cell, whole = (method.delta_radius(modal.A, (span.h_u - span.h_l) / count / 2) for count in (cells, 1))
     common = guaranteed_level(system, exchanged.design.filter, span, max_leaves=1)
     return {
         "guaranteed": common.level,
         "lmi13": restored.level,
-        "lmi13_alpha": max(restored.alphas),
-        "lmi13_small_gain": max(restored.alphas) * restored.radius,
+        "lmi13_alpha": alpha,
+        "lmi13_small_gain": alpha * cell,
         "one_cell_small_gain": method.small_gain_alpha(modal, span.middle) * whole,
         "solvers": [exchanged.design.report.to_dict(), restored.report.to_dict()],
     }

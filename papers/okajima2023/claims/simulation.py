@@ -77,7 +77,6 @@ for _name, _printed in DATA["simulated-ratio"].items():
         _printed,
         statement=f"One simulation gives the printed ratio (34) for {WHO[_name]}.",
         reading=READING_OF[ALL_NOISE],
-        pinned="compatible",
         erratum=DENOMINATOR,
     )(partial(printed_ratio_among_draws, _name))
 

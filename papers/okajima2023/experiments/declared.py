@@ -4,15 +4,12 @@ from typing import Any
 
 from papers._common import INPUTS
 from papers.okajima2023.experiments import designs, simulations, unstable
+from papers.okajima2023.method.recovery import HALF_UNIT_GAIN, HALF_UNIT_POLE
 from papers.okajima2023.printed import DATA, GAINS, PLANT, PRINTED_PLANT, SCHEDULES, TABLE_1, poles
 from replication.audit.declare import experiment, number
 
 Json = dict[str, Any]
 
-HALF_UNIT_OF_GAINS = 0.0005
-"""Half a unit in the last printed place of the gains."""
-HALF_UNIT_OF_POLES = 0.0005
-"""Half a unit in the last printed place of the poles of A."""
 SEEDS, SEED = 2000, 20230302
 """Draws for the distribution of g_sim, and the seed of all simulations."""
 DIAGONAL_STEP, LARGEST_ENTRY, WIDER = 0.01, 3, 5
@@ -86,8 +83,8 @@ _DECIMALS = {"diagonal_decimals": SECOND_DECIMALS, "decimals": ENTRY_DECIMALS}
 TRIED: Json = {"stated": _STATED, "step": DIAGONAL_STEP, **_DECIMALS}
 """What finds each A with the stated poles that is tried."""
 _INPUTS = {name: PLANT[name] for name in ("B_d", "D")}
-_SEARCHED = {"half_unit": HALF_UNIT_OF_GAINS, "step": DIAGONAL_STEP, "bound": LARGEST_ENTRY, "wider_bound": WIDER}
-_ROUNDING = {"rounding": HALF_UNIT_OF_GAINS}
+_SEARCHED = {"half_unit": HALF_UNIT_GAIN, "step": DIAGONAL_STEP, "bound": LARGEST_ENTRY, "wider_bound": WIDER}
+_ROUNDING = {"rounding": HALF_UNIT_GAIN}
 _ROUNDED = [
     *({**both(periods), "claims": [table_claim(periods)]} for periods in TABLE_1),
     *({**CASES[name], "claims": [f"gamma.case-{name.lower()}"]} for name in "ABC"),
@@ -122,9 +119,7 @@ EXPERIMENTS = (
     experiment("timing-draws", simulations.timing_draws, plant=PLANT, cases=_TIMED, **_NOISE, seeds=SEEDS, seed=SEED),
     experiment("worst-disturbance", simulations.worst_disturbance, plant=PLANT, case=_PROPOSED, horizon=300, seed=SEED),
     experiment("unstable.as-printed", unstable.as_printed, stated=_STATED),
-    experiment(
-        "unstable.diagonals", unstable.diagonals, stated=_STATED, half_unit=HALF_UNIT_OF_POLES, bound=LARGEST_ENTRY
-    ),
+    experiment("unstable.diagonals", unstable.diagonals, stated=_STATED, half_unit=HALF_UNIT_POLE, bound=LARGEST_ENTRY),
     experiment("unstable.any-entries", unstable.any_entries, stated=_STATED, decimals=ENTRY_DECIMALS),
     experiment("unstable.stated-designs", unstable.stated_designs, inputs=_INPUTS, **TRIED),
     experiment("unstable.recovered", unstable.recovered, stated=_STATED, inputs=_INPUTS, **_SEARCHED),

@@ -50,7 +50,8 @@ def reduced_lmi_design(problem: MultirateProblem, *, accept: tuple[str, ...] = S
     require_problem(problem)
     layout = Layout(problem)
     cost = np.eye(layout.level + 1)[layout.level]
-    solution = solve_clarabel(program_under(cost, *inequalities(layout)), accept=accept)
+    phases = (inequality(layout, k) for k in range(len(layout.rows)))
+    solution = solve_clarabel(program_under(cost, *phases), accept=accept)
     return LmiDesign(*layout.design(solution.multipliers), solution.report)
 
 
@@ -82,13 +83,11 @@ class Layout:
         return float(np.sqrt(max(x[self.level], 0.0))), gains, P
 
 
-def inequalities(layout: Layout) -> list[Inequalities]:
-    """The matrix of eq. (30) at each phase, reduced and in scaled states, with the few variables that stand in it."""
-    return [_phase(layout, k) for k in range(len(layout.rows))]
+def inequality(layout: Layout, k: int) -> Inequalities:
+    """The matrix of eq. (30) at phase k, reduced and in scaled states, with the few variables that stand in it.
 
-
-def _phase(layout: Layout, k: int) -> Inequalities:
-    """The matrix is affine: what each variable alone adds to it is its coefficient."""
+    It is affine: what each variable alone adds to it is its coefficient.
+    """
     plant, rows, P, before, Y = layout.plant, layout.rows[k], layout.P[k], layout.P[k - 1], layout.Y[k]
     T, T_next = layout.scales[k], layout.scales[(k + 1) % len(layout.rows)]
     A, B = np.linalg.solve(T_next, plant.A @ T), np.linalg.solve(T_next, plant.B_d)
@@ -175,8 +174,8 @@ def lmi_analysis(
     P = [cvxpy.Variable((n, n), symmetric=True) for _ in range(1 if one_matrix else N)] * (N if one_matrix else 1)
     gamma_squared = cvxpy.Variable()
     blocks = [theorem1_matrix(problem, np.asarray(gains, dtype=float), P, k, gamma_squared) for k in range(N)]
-    report = minimise(gamma_squared, [*blocks, *([[P_k]] for P_k in P)], accept)
-    return LmiDesign(root(gamma_squared), np.array(gains, dtype=float), np.array([_value(P_k) for P_k in P]), report)
+    level, report = minimise(gamma_squared, [*blocks, *([[P_k]] for P_k in P)], accept)
+    return LmiDesign(level, np.array(gains, dtype=float), np.array([_value(P_k) for P_k in P]), report)
 
 
 def lmi_design(problem: MultirateProblem, *, one_matrix: bool = False, accept: tuple[str, ...] = ACCEPTED) -> LmiDesign:
@@ -194,28 +193,23 @@ def lmi_design(problem: MultirateProblem, *, one_matrix: bool = False, accept: t
     Y = [cvxpy.Variable((n, q)) for _ in range(N)]
     gamma_squared = cvxpy.Variable()
     blocks = [theorem2_matrix(problem, P, Y, k, gamma_squared) for k in range(N)]
-    report = minimise(gamma_squared, blocks, accept)
+    level, report = minimise(gamma_squared, blocks, accept)
     gains = np.array([np.linalg.solve(_value(P_k), _value(Y_k)) for P_k, Y_k in zip(P, Y, strict=True)])
     # Y_k on sensors that are not measured is arbitrary in the theorem and without effect in the observer.
     gains *= problem.schedule.mask[:, None, :]
-    return LmiDesign(root(gamma_squared), gains, np.array([_value(P_k) for P_k in P]), report)
+    return LmiDesign(level, gains, np.array([_value(P_k) for P_k in P]), report)
 
 
 def _value(variable: Any) -> Array:
     return np.asarray(variable.value, dtype=float)
 
 
-def root(gamma_squared: Any) -> float:
-    """The level that a solved variable stands for."""
-    return float(np.sqrt(max(float(gamma_squared.value), 0.0)))
-
-
-def minimise(gamma_squared: Any, blocks: list[list[list[Any]]], accept: tuple[str, ...]) -> SolverReport:
-    """Minimise gamma^2 with every block matrix positive semidefinite; raises unless the status is accepted."""
+def minimise(gamma_squared: Any, blocks: list[list[list[Any]]], accept: tuple[str, ...]) -> tuple[float, SolverReport]:
+    """The least level at which every block matrix is positive semidefinite; raises unless the status is accepted."""
     import cvxpy
 
-    matrices = (cvxpy.bmat(rows) if len(rows) > 1 or len(rows[0]) > 1 else rows[0][0] for rows in blocks)
-    return minimise_modelled(gamma_squared, matrices, accept)
+    report = minimise_modelled(gamma_squared, map(cvxpy.bmat, blocks), accept)
+    return float(np.sqrt(max(float(gamma_squared.value), 0.0))), report
 
 
 DECREMENT = 1e-6
@@ -248,7 +242,7 @@ def central_path(
     Raises InfeasibleError if the gains do not stabilise, SolverError if Newton's method does not reach a centre.
     """
     layout = Layout(problem)
-    blocks = inequalities(layout)
+    blocks = [inequality(layout, k) for k in range(len(layout.rows))]
     x = _interior_point(problem, start_gains, layout, blocks)
     # At a centre, the gap is (sum of the sizes of F_k) / t.
     order = sum(block.constant.shape[-1] for block in blocks)

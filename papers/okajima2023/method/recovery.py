@@ -21,9 +21,9 @@ import numpy.typing as npt
 
 from papers.okajima2023.method.lmi import central_path
 from replication.errors import InfeasibleError
-from replication.estimation.linear.norms import l2_gain
-from replication.estimation.linear.periodic import frequency_response, monodromy
-from replication.estimation.linear.riccati import RiccatiMap, compose, down, tree
+from replication.estimation.linear.norms import l2_gain, spectral_norm
+from replication.estimation.linear.periodic import Stage, frequency_response, lifted, monodromy
+from replication.estimation.linear.riccati import RiccatiMap, recentre, settled_each
 from replication.estimation.multirate.optimum import optimum
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
@@ -244,10 +244,7 @@ RATIOS = (0.5, 1.0, 2.0)
 """Noise of each further sensor relative to the first that is tried."""
 ANGLES = (0.0, 1.0, np.pi)
 """Lifted frequencies, radians per period, of the cheap lower bound of the norm of the printed gains."""
-FIRST_CUT = 0.01
-DOUBLINGS = 12
-"""Of the period map: 4096 periods."""
-ESCAPE, ROUNDING = 1e100, 1e-9
+FIRST_CUT, ROUNDING = 0.01, 1e-9
 PATH_FACTOR = 1.05
 PATH_END = 1e-4
 """Gap at the end of the central path, relative to the square of the optimum."""
@@ -287,7 +284,7 @@ def _least_excess(
     A candidate is dropped without its exact optimum if a level below the attained norm by more than a cut is
     achievable. The cut grows until it is above the second excess found, so no candidate below that was dropped.
     """
-    attained, cut = _attained(A, C, schedule, gains, B_d, D), FIRST_CUT
+    attained, cut = _attained(A, C, gains, B_d, D), FIRST_CUT
     while True:
         candidates = []
         for i in np.flatnonzero(~_achievable(A, C, schedule, B_d, D, attained / (1 + cut))):
@@ -300,24 +297,16 @@ def _least_excess(
         cut *= 4
 
 
-def _attained(A: Array, C: Array, schedule: SensingSchedule, gains: Array, B_d: Array, D: Array) -> Array:
-    """Lower bounds (m,) of the norms of the printed gains: largest singular values at ANGLES.
-
-    The error system is that of unit disturbances of every state and sensor, its inputs weighted for each candidate.
-    """
-    n, q = C.T.shape
-    system = MultirateProblem(MultiratePlant(A=A, B_d=np.eye(n), C=C, D=np.eye(q)), schedule).error_system(gains)
-    weights = np.zeros((len(B_d), n + q, n + q))
-    weights[:, :n, :n] = B_d[:, :, None] * B_d[:, None, :]
-    weights[:, range(n, n + q), range(n, n + q)] = D**2
-    # Inputs of a stage: one per state, then one per sensor; without measurement, no sensor noise.
-    widths, level = [stage.B.shape[1] for stage in system.stages], np.zeros(len(B_d))
+def _attained(A: Array, C: Array, gains: Array, B_d: Array, D: Array) -> Array:
+    """Lower bounds (m,) of the norms of the printed gains: largest singular values at ANGLES."""
+    n, level = len(A), np.zeros(len(B_d))
+    # The error system of unit disturbances of every state and sensor, which each candidate weights.
+    units = lifted([Stage(A - L @ C, np.hstack([np.eye(n), -L]), np.eye(n), np.zeros((n, n + len(C)))) for L in gains])
     for angle in ANGLES:
-        parts = np.split(frequency_response(system.lift(), angle), np.cumsum(widths)[:-1], axis=1)
-        squares = sum(
-            part @ weights[:, :width, :width] @ part.conj().T for part, width in zip(parts, widths, strict=True)
-        )
-        level = np.maximum(level, np.sqrt(np.linalg.eigvalsh(squares)[:, -1]))
+        responses = frequency_response(units, angle).reshape(n * len(gains), len(gains), -1)
+        by_disturbance, by_noise = np.moveaxis(responses[..., :n] @ B_d.T, 2, 0), responses[..., n:] * D[:, None, None]
+        weighted = np.concatenate([by_disturbance, by_noise.reshape(len(D), n * len(gains), -1)], axis=2)
+        level = np.maximum(level, spectral_norm(weighted))
     return level
 
 
@@ -328,16 +317,12 @@ def _achievable(
     information = np.einsum("kq,qi,mq,qj->kmij", schedule.mask, C, D**-2.0, C)
     G = information - np.eye(len(A)) / level[:, None, None] ** 2
     H = np.broadcast_to(B_d[:, :, None] * B_d[:, None, :], G.shape)
-    good = np.ones(len(B_d), dtype=bool)
-    with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        levels = tree(RiccatiMap(np.broadcast_to(A, G.shape), G, H))
-        total = RiccatiMap(*(part[0] for part in levels[-1]))
-        for _ in range(DOUBLINGS):
-            total = compose(total, total)
-            # Where the recursion escapes it is replaced by the zero map, and the level counts as not achieved.
-            good &= np.all([np.abs(part).max(axis=(1, 2)) < ESCAPE for part in total], axis=0)
-            total = RiccatiMap(*(np.where(good[:, None, None], part, 0.0) for part in total))
-        spectrum = np.linalg.eigvalsh(down(levels, total.H))
+    maps = RiccatiMap(np.broadcast_to(A, G.shape), G, H)
+    states = settled_each(maps)
+    good = np.asarray(np.isfinite(states).all(axis=(0, 2, 3)))
+    spectrum = np.linalg.eigvalsh(states[:, good])
     least, largest = spectrum[..., 0], spectrum[..., -1]
-    good &= np.all((least > -ROUNDING * largest) & (largest < level**2), axis=0)
-    return np.asarray(good & (np.abs(total.A).max(axis=(1, 2)) < ROUNDING))
+    closed = monodromy(recentre(maps.at(np.s_[:, good]), states[:, good]).A)
+    stable = np.abs(np.linalg.eigvals(closed)).max(axis=1) < 1
+    good[good] = stable & np.all((least > -ROUNDING * largest) & (largest < level[good] ** 2), axis=0)
+    return good

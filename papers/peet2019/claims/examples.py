@@ -25,7 +25,7 @@ FIGURE_DEGREE = 3
 """Of the theorem on the level of Fig. 1."""
 
 COMPARISON = Part("Comparison with references [8]-[10]", reading=NO_READING)
-EXAMPLES_1_TO_3 = Part("Examples 1-3", figures=("convergence", "tau"), reading=HOUSE)
+EXAMPLES_1_TO_3 = Part("Examples 1-3", figures=("convergence", "tau"), reading=NO_READING)
 FIG_1 = Part("Fig. 1", figures="fig1", reading="sinc")
 
 COMPARISON.cited(
@@ -64,7 +64,6 @@ def _unstable(example: str) -> None:
         f"ex{example}.unstable",
         place=f"Sec. X, Example {example}",
         statement=f"The plant of Example {example} is unstable.",
-        reading=NO_READING,
         says=term("unstable", f"ex{example}"),
     )(partial(unstable, example))
 
@@ -73,6 +72,7 @@ def by_theorem_3(example: str, degree: int, to: str) -> dict[str, Any]:
     """What a claim on a level of Theorem 3 is declared with; to: the print that it is to have."""
     off, level = example in OFF_THE_PRINT, term("least level of Theorem 3", f"ex{example}", degree=degree)
     return {
+        "reading": HOUSE,
         "pinned": "undetermined" if off and degree == 1 else "compatible" if off else CORRECTED,
         "erratum": SIGNS,
         "says": [Predicate(of=level, relation="is", to=to, reading=rule) for rule in RULES],
@@ -108,7 +108,6 @@ def _table(example: str) -> None:
             f"{name}.cpu-{column}",
             seconds[column],
             statement=f"Example {example}: CPU seconds, {by}.",
-            reading=NO_READING,
         )(partial(cpu_seconds, f"{name}.{column}"))
     EXAMPLES_1_TO_3.order(
         f"{name}.not-conservative",
@@ -157,7 +156,6 @@ EXAMPLES_1_TO_3.cited(
     statement=f"Example 1: gain of the Riccati approach of reference [10] with ε = {DATA['cited-1-epsilon']}.",
     reason=OF_ANOTHER,
     settled_by=THE_OTHER,
-    reading=NO_READING,
 )
 OF_TEXT = "the gain that the text states for Theorem 3"
 _level("text", DATA["text-1"], "1", 3, OF_TEXT)
@@ -168,14 +166,12 @@ EXAMPLES_1_TO_3.cited(
     statement="Of all systems tested Example 1 showed the least improvement in performance.",
     reason="The text names three of the systems tested, and has an earlier design for the same system of one alone.",
     settled_by="the authors, if they name the other systems",
-    reading=NO_READING,
 )
 
 
 @EXAMPLES_1_TO_3.order(
     "ex1.no-lower-bound",
     place="Sec. X, Example 1",
-    reading=NO_READING,
     says=Predicate(
         of=term("least level of Theorem 3", "ex1", degree=3), relation="more than", to=str(NO_LESS), reading=HOUSE
     ),
@@ -201,7 +197,6 @@ EXAMPLES_1_TO_3.cited(
     statement="Example 2: gain obtained in reference [8] for the original system.",
     reason="Quoted from reference [8], for a system that this text does not state.",
     settled_by="reference [8], from which the number is quoted",
-    reading=NO_READING,
 )
 EXAMPLES_1_TO_3.cited(
     "ex2.riccati-infeasible",
@@ -209,7 +204,6 @@ EXAMPLES_1_TO_3.cited(
     statement="Example 2: the Riccati approach of reference [10] is infeasible for any gain.",
     reason=OF_ANOTHER,
     settled_by=THE_OTHER,
-    reading=NO_READING,
 )
 _last = DATA["text-2-degree"]
 _level("text", DATA["text-2"], "2", _last, f"{OF_TEXT} with polynomials of degree {_last}")

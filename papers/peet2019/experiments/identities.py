@@ -253,21 +253,20 @@ def identities(trials: int, seed: int) -> dict[str, Any]:
     That of no misprint is relative to one plus the size of the left side. coercive: `coercive` for ε = 1.
     """
     rng = np.random.default_rng(seed)
-    residuals: dict[str, list[float]] = {name: [] for name in MISPRINTS}
-    margins: dict[str, list[float]] = {"corrected": [], "printed": []}
+    residuals, margins = [], []
     for _ in range(trials):
         x = sample(rng)
-        for name, residual in coercive(x, 1.0).items():
-            margins[name].append(residual)
-        for name in MISPRINTS:
-            left = dissipation(x, name)
-            residuals[name].append(abs(left - theorem_3(x, name)) / (1.0 if name != "none" else 1.0 + abs(left)))
+        margins.append(coercive(x, 1.0))
+        left = {name: dissipation(x, name) for name in MISPRINTS}
+        sizes = {name: 1.0 + abs(value) if name == "none" else 1.0 for name, value in left.items()}
+        residuals.append({name: abs(value - theorem_3(x, name)) / sizes[name] for name, value in left.items()})
     return {"trials": trials, "delays": list(DELAYS), "theorem_3": summaries(residuals), "coercive": summaries(margins)}
 
 
-def summaries(residuals: dict[str, list[float]]) -> dict[str, dict[str, float]]:
+def summaries(cases: list[dict[str, float]]) -> dict[str, dict[str, float]]:
     """Largest and median residual by name."""
-    return {name: {"largest": max(values), "median": float(np.median(values))} for name, values in residuals.items()}
+    by_name = {name: [case[name] for case in cases] for name in cases[0]}
+    return {name: {"largest": max(values), "median": float(np.median(values))} for name, values in by_name.items()}
 
 
 N, INPUTS, OUTPUTS, MEASURED = 3, 2, 2, 1

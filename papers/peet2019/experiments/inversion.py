@@ -34,43 +34,40 @@ def inverse_identities(trials: int, seed: int) -> dict[str, Any]:
     Q_i as drawn. least: the least eigenvalue of all operators. jump: how far each takes constants out of X.
     """
     rng = np.random.default_rng(seed)
-    errors: dict[str, dict[str, list[float]]] = {
-        "theorem_4": {"printed": [], "corrected": [], **{name: [] for name in (*ALONE, "squared")}},
-        "lemma_5": {"printed": [], "corrected": [], "x-index": []},
-        "present_only": {"corrected": [], "l0": [], "injected": []},
-        "quadrature": {"corrected": []},
-        "jump": {"constants": []},
+    cases = [_case(rng) for _ in range(trials)]
+    parts = cases[0][1]
+    return {"trials": trials, "points": POINTS, "least": min(least for least, _ in cases)} | {
+        part: summaries([residuals[part] for _, residuals in cases]) for part in parts
     }
 
-    least = []
 
-    def put(part: str, name: str, residual: Array) -> None:
-        errors[part][name].append(float(np.abs(residual).max()))
-
-    for _ in range(trials):
-        case = _coercive(rng)
-        least.append(case["least"])
-        eye = np.eye(case["operator"].shape[0])
-        for reading in ("printed", "corrected"):
-            inverse = _inverse(case, *(reading == "corrected",) * 2)
-            put("theorem_4", reading, inverse["operator"] @ case["operator"] - eye)
-            state = rng.bit_generator.state
-            put("lemma_5", reading, _lemma_5(case, inverse, rng, reading == "corrected"))
-        for name, factors in ALONE.items():
-            put("theorem_4", name, _inverse(case, *factors)["operator"] @ case["operator"] - eye)
-        put("theorem_4", "squared", inverse["operator"] @ inverse["operator"] - eye)
-        rng.bit_generator.state = state
-        put("lemma_5", "x-index", _lemma_5(case, inverse, rng, True, other=True))
-        put("jump", "constants", _jump(case))
-        put("quadrature", "corrected", inverse["moment"] - _moment(case["slope"], 2 * POINTS))
-        z0, z2 = rng.standard_normal((N, 1)), rng.standard_normal((K, N, 1))
-        put("present_only", "injected", _history_gains(inverse, z0, z2))
-        alone = _inverse({**case, "h": np.zeros_like(case["h"])}, True, True)
-        put("present_only", "corrected", _history_gains(alone, z0, z2))
-        put("present_only", "l0", alone["p"] @ z0 - np.linalg.solve(case["p"], z0))
-    return {"trials": trials, "points": POINTS, "least": min(least)} | {
-        part: summaries(residuals) for part, residuals in errors.items()
+def _case(rng: np.random.Generator) -> tuple[float, dict[str, dict[str, float]]]:
+    """The least eigenvalue of a random operator, and the residuals by part and name."""
+    case, lemma_5 = _coercive(rng), {}
+    eye = np.eye(case["operator"].shape[0])
+    inverses = {"printed": _inverse(case, False, False), "corrected": _inverse(case, True, True)}
+    for reading, inverse in inverses.items():
+        state = rng.bit_generator.state
+        lemma_5[reading] = _lemma_5(case, inverse, rng, reading == "corrected")
+    rng.bit_generator.state = state
+    lemma_5["x-index"] = _lemma_5(case, inverse, rng, True, other=True)
+    inverses |= {name: _inverse(case, *factors) for name, factors in ALONE.items()}
+    theorem_4 = {name: each["operator"] @ case["operator"] - eye for name, each in inverses.items()}
+    z0, z2 = rng.standard_normal((N, 1)), rng.standard_normal((K, N, 1))
+    alone = _inverse({**case, "h": np.zeros_like(case["h"])}, True, True)
+    residuals = {
+        "theorem_4": {**theorem_4, "squared": inverse["operator"] @ inverse["operator"] - eye},
+        "lemma_5": lemma_5,
+        "present_only": {
+            "corrected": _history_gains(alone, z0, z2),
+            "l0": alone["p"] @ z0 - np.linalg.solve(case["p"], z0),
+            "injected": _history_gains(inverse, z0, z2),
+        },
+        "quadrature": {"corrected": inverse["moment"] - _moment(case["slope"], 2 * POINTS)},
+        "jump": {"constants": _jump(case)},
     }
+    sizes = {part: {name: float(np.abs(r).max()) for name, r in each.items()} for part, each in residuals.items()}
+    return case["least"], sizes
 
 
 def _jump(case: dict[str, Any]) -> Array:

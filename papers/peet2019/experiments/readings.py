@@ -9,19 +9,12 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from papers.peet2019.experiments.examples import LOOSE
+from papers.peet2019.experiments.examples import LOOSE, Json
 from replication.estimation.conic.sdpa import one_process, solve_sdpa
 from replication.estimation.delay.plant import DelayPlant, delay_system
 from replication.estimation.delay.sos.cone import Blocks, ConeBlock
 from replication.estimation.delay.sos.synthesis import assemble, program, reduced
 from replication.estimation.delay.units import gain_scaled
-
-Json = dict[str, Any]
-
-
-Shape = tuple[int, int, int, bool, int]
-"""Degree of Z_1, inner and outer degree of Z_2, total rule, and by how much the weighted term is lower."""
-
 
 MOST_SOLVED = 2
 """Degree up to which γ is solved under every reading."""
@@ -29,28 +22,37 @@ MOST_SOLVED = 2
 
 @dataclass(frozen=True)
 class Rule:
-    """A reading of the degree rule, of which told.toml has the words: its shapes of degree d for V and dissipation."""
+    """A reading of the degree rule, of which told.toml has the words: its cones of degree d for V and dissipation."""
 
-    storage: Callable[[int], Shape]
-    dissipation: Callable[[int], Shape]
+    storage: Callable[[int], Blocks]
+    dissipation: Callable[[int], Blocks]
 
 
-SHAPES: dict[str, Callable[[int], Shape]] = {
-    "each": lambda d: (d, d, d, False, 1),
-    "total": lambda d: (d, d, d, True, 1),
-    "each-same": lambda d: (d, d, d, False, 0),
-    "total-same": lambda d: (d, d, d, True, 0),
-    "wide": lambda d: (d, d, 2 * d, False, 0),
-    "outer": lambda d: (d, 0, d, False, 0),
-    "inner": lambda d: (d, d, 0, False, 0),
-    "z1": lambda d: (d + 1, d, d, False, 0),
-    "next": lambda d: (d + 1, d + 1, d + 1, True, 0),
+def cone(z1: int, inner: int, outer: int, *, total: bool = False, lower: int = 0) -> Blocks:
+    """The two matrices of a cone, without and with the weight -η(η+1).
+
+    Degree of Z_1, inner and outer degree of Z_2, total rule, and by how much the weighted term is lower.
+    """
+    plain = ConeBlock(z1, inner, outer, total, False)
+    return plain, ConeBlock(z1 - lower, max(inner - lower, 0), max(outer - lower, 0), total, True)
+
+
+CONES: dict[str, Callable[[int], Blocks]] = {
+    "each": lambda d: cone(d, d, d, lower=1),
+    "total": lambda d: cone(d, d, d, total=True, lower=1),
+    "each-same": lambda d: cone(d, d, d),
+    "total-same": lambda d: cone(d, d, d, total=True),
+    "wide": lambda d: cone(d, d, 2 * d),
+    "outer": lambda d: cone(d, 0, d),
+    "inner": lambda d: cone(d, d, 0),
+    "z1": lambda d: cone(d + 1, d, d),
+    "next": lambda d: cone(d + 1, d + 1, d + 1, total=True),
 }
-"""By name the shapes of degree d."""
+"""By name the cones of degree d."""
 HOUSE = "z2-each"
 """The rule of the library."""
 READINGS = {
-    f"z2-{name}": Rule(SHAPES[storage], SHAPES[dissipation])
+    f"z2-{name}": Rule(CONES[storage], CONES[dissipation])
     for name, storage, dissipation in (
         *((same, same, same) for same in ("each", "total", "each-same", "total-same", "wide", "outer", "inner")),
         ("total-wide", "total-same", "wide"),
@@ -59,13 +61,6 @@ READINGS = {
         ("total-next", "total", "next"),
     )
 }
-
-
-def blocks_of(shape: Shape) -> Blocks:
-    """The two matrices of a cone, without and with the weight -η(η+1)."""
-    z1, inner, outer, total, lower = shape
-    plain = ConeBlock(z1, inner, outer, total, False)
-    return plain, ConeBlock(z1 - lower, max(inner - lower, 0), max(outer - lower, 0), total, True)
 
 
 def inside(small: Rule, big: Rule, degree: int) -> bool:
@@ -77,13 +72,13 @@ def inside(small: Rule, big: Rule, degree: int) -> bool:
     return all(
         a.degree <= b.degree and members(a) <= members(b)
         for left, right in ((small.storage, big.storage), (small.dissipation, big.dissipation))
-        for a, b in zip(blocks_of(left(degree)), blocks_of(right(degree)), strict=True)
+        for a, b in zip(left(degree), right(degree), strict=True)
     )
 
 
 def least(system: DelayPlant, reading: Rule, epsilon: float, degree: int = 1) -> float:
     """Least γ of Theorem 3 for one reading, in the units of the system, on which the meaning of ε depends."""
-    blocks = blocks_of(reading.storage(degree)), blocks_of(reading.dissipation(degree))
+    blocks = reading.storage(degree), reading.dissipation(degree)
     count = 4 * degree + 3  # holds every product of the readings: twice 2d, and the weight
     task = program(reduced(assemble(system, degree, blocks=blocks, count=count)), epsilon)
     return float(solve_sdpa(task, LOOSE).linear[0])

@@ -132,7 +132,9 @@ def described(near: Near) -> str:
     if reading.window is not None:
         window = f"slow periods {reading.window[0]} to {reading.window[1]} from ζ(0) = {reading.start}"
     numbers = ", ".join(f"{100 * value:.2f}" for value in near.values)
-    choices = "{} feedforward, reference {}, {} gain, {} form".format(*reading.structure.words)
+    chosen = reading.structure
+    gain, form = "discrete" if chosen.discrete_gain else "continuous", "current" if chosen.current else "predictor"
+    choices = f"{chosen.feedforward} feedforward, reference {chosen.timing}, {gain} gain, {form} form"
     return f"{LABELS[reading.observer]}, {choices}, error {WHERE[reading.points]}, {window}: {numbers}"
 
 

@@ -237,14 +237,11 @@ CLAIMS: Sequence[tuple[Part, str, str, str, Callable[[Results], Evidence], Mappi
         partial(step_bounds, ("12", "13")), {"says": term("bounds (12) and (13)")},
     ),
     (
-        THEOREM, "theory.estimate-bound", "eq. (14)",
-        "The feedback changes over a fast period by no more than the bound (14).", estimate_bound,
+        THEOREM, "theory.estimate-bound", "eq. (14)", "", estimate_bound,
         {"erratum": "prediction-error-term", "pinned": AFTER, "says": term("bound (14)")},
     ),
     (
-        THEOREM, "theory.prediction-rate", "Sec. IV, above eq. (15)",
-        "The rate of the virtual output (6) is C A ζ + C B u.", prediction_rate,
-        {"pinned": "refuted"},
+        THEOREM, "theory.prediction-rate", "Sec. IV, above eq. (15)", "", prediction_rate, {"pinned": "refuted"},
     ),
     (
         THEOREM, "theory.prediction-bound", "eq. (15)",
@@ -266,9 +263,7 @@ CLAIMS: Sequence[tuple[Part, str, str, str, Callable[[Results], Evidence], Mappi
         {"says": term("contraction (22)")},
     ),
     (
-        THEOREM, "theory.stability", "Sec. IV, after eq. (22)",
-        "If A + B K and A − L C are Hurwitz and (18) holds, the control law stabilises the plant globally.",
-        stability_result,
+        THEOREM, "theory.stability", "Sec. IV, after eq. (22)", "", stability_result,
         {"pinned": "refuted", "says": term("stability result"), "consequence": "theorem"},
     ),
     (
@@ -293,6 +288,6 @@ CLAIMS: Sequence[tuple[Part, str, str, str, Callable[[Results], Evidence], Mappi
         },
     ),
 )  # fmt: skip
-"""Part, name, place, statement and answer of each, and what else it is declared with."""
+"""Part, name, place, statement (else the words of the answer), answer, and what else each is declared with."""
 for _part, _name, _place, _statement, _answer, _told in CLAIMS:
     _part.feasible(_name, place=_place, statement=_statement, **_told)(_answer)

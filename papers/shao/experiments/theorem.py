@@ -1,6 +1,7 @@
 """The stability result of Sec. IV: condition (18), α₄ λ_max(P) T < 1 whatever the ratio M, and the steps of its proof.
 
-Beside them the inequality (15) that it rests on, counter-examples, and the true slow rates.
+Beside them the inequality (15) that it rests on, counter-examples, and the true slow rates; and the motor: its model,
+gains and feedforward, and the eigenvalues of its loop against the period.
 """
 
 from collections.abc import Sequence
@@ -10,7 +11,8 @@ from typing import Any
 import numpy as np
 import scipy
 
-from papers.shao.printed import APO, COUNTEREXAMPLE, DESIGN, FAST, RESTARTED
+from papers.shao.method.motor import Feedforward, feedforward
+from papers.shao.printed import APO, COUNTEREXAMPLE, DESIGN, FAST, MOTOR, PMI, RESTARTED
 from replication.errors import InfeasibleError
 from replication.estimation.dualrate.loop import close_loop, monodromy, stability_radius, time_response
 from replication.estimation.dualrate.observers import OBSERVERS, held
@@ -307,3 +309,80 @@ def _ratios(design: DualRateDesign, constants: TheoremConstants, start: Array, e
         "14": float(np.max(change_u / (alpha[1] * moved + size * elapsed))),
         "modulus": float(np.max(change_u / (alpha[1] * moved + size))),
     }
+
+
+# Sec. V: the motor
+
+
+def motor_model(seed: int) -> dict[str, Any]:
+    """(23) against A and B in position coordinates; Hurwitz margins; what the feedforwards leave of the inverse.
+
+    transfer_gap: largest relative difference of the two transfer functions at random points, which draw from `seed`.
+    inverse_gap: |P(jσ) ȳ_d/y_d − 1| for each feedforward over the frequencies of Table I, at its largest.
+    equation_gap: residual of (9) against (10) at random states; case_gap: of Case 2, with ȳ(t_k) = y(t_k) in (9), and
+    (10) without its last term.
+    """
+    rng = np.random.default_rng(seed)
+    points = rng.normal(size=8) + 1j * rng.normal(size=8) * 100
+    feedback, observer = hurwitz_margins(DESIGN)
+    sigma = 1j * np.linspace(0.5, 3.0, 26)
+    return {
+        "torque_constant": 1.5 * MOTOR.pole_pairs * MOTOR.flux,
+        "transfer_gap": float(max(abs(_physical(s) / _position(s) - 1) for s in points)),
+        "feedback_margin": feedback,
+        "observer_margin": observer,
+        "inverse_gap": {
+            form: float(max(abs(_position(s) * feedforward(MOTOR, s, form) - 1) for s in sigma)) for form in Feedforward
+        },
+        "equation_gap": _equation_gap(rng),
+        "case_gap": _equation_gap(rng, measured=True),
+        "slow_period": DESIGN.slow_period,
+    }
+
+
+def motor_eigenvalues(periods: Sequence[float]) -> dict[str, Any]:
+    """Moduli of the 2n largest eigenvalues of the motor's monodromy matrix against T at the printed M, decreasing."""
+    designs = [replace(DESIGN, period=period) for period in periods]
+    moduli = {
+        name: [np.abs(slow_eigenvalues(design, name)).tolist() for design in designs]
+        for name in (PMI, APO, RESTARTED, FAST)
+    }
+    return {"periods": list(periods), "moduli": moduli}
+
+
+def _physical(s: complex) -> complex:
+    """θ/u_q of (23) by solving its three equations for i_q, ω and θ."""
+    m = MOTOR
+    matrix = np.array(
+        [
+            [s + m.resistance / m.inductance, m.pole_pairs * m.flux / m.inductance, 0],
+            [-m.torque_constant / m.inertia, s + m.friction / m.inertia, 0],
+            [0, -1, s],
+        ]
+    )
+    return complex(np.linalg.solve(matrix, [1 / m.inductance, 0, 0])[2])
+
+
+def _position(s: complex) -> complex:
+    """θ/u_q from the printed A, B and C."""
+    model = DESIGN.model
+    return complex((model.C @ np.linalg.solve(s * np.eye(3) - model.A, model.B_u))[0, 0])
+
+
+def _equation_gap(rng: np.random.Generator, *, measured: bool = False) -> float:
+    """(9) minus (10) for random x, ξ, ζ(t_k), y(t_k) and y_p(t_k), relative to the size of (9).
+
+    measured: Case 2, with y(t_k) for ȳ(t_k) in (9), and (10) without its last term.
+    """
+    A, B, C = DESIGN.model.A, DESIGN.model.B_u, DESIGN.model.C
+    K, L = DESIGN.feedback, DESIGN.injection
+    x, xi, held = (rng.normal(size=3) for _ in range(3))
+    measured_output, predicted = rng.normal(size=1), rng.normal(size=1)
+    zeta, last = x - xi, predicted - measured_output
+    if measured:
+        predicted, last = measured_output, 0 * last
+    first = np.concatenate([A @ x + B @ (K @ held), A @ xi - L @ (predicted - C @ zeta)])
+    joint = np.block([[A + B @ K, -B @ K], [np.zeros((3, 3)), A - L @ C]])
+    extra = np.concatenate([B @ (K @ (held - zeta)), -L @ (measured_output - C @ x) - L @ last])
+    second = joint @ np.concatenate([x, xi]) + extra
+    return float(np.linalg.norm(first - second) / np.linalg.norm(first))

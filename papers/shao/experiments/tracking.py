@@ -1,6 +1,6 @@
-"""Table I and Figs. 2 and 3: the loops simulated as the text reads, and all readings searched."""
+"""Table I and Figs. 2 and 3: the loops simulated as the text reads, all readings searched, and the common plant."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, replace
 from functools import cache, partial
 from typing import Any
@@ -22,6 +22,9 @@ from papers.shao.method.readings import (
     windowed_errors,
 )
 from papers.shao.printed import APO, DESIGN, FAST, FREQUENCIES, HELD, PMI, READINGS, RESTARTED, START, literal_loop
+from replication.audit.judge.printed import Parameters, spread
+from replication.errors import InfeasibleError
+from replication.estimation import dualrate
 from replication.estimation.dualrate.loop import (
     MARGINAL,
     DualRateLoop,
@@ -38,7 +41,7 @@ from replication.estimation.dualrate.loop import (
     tracking_error_ratio,
 )
 from replication.estimation.dualrate.observers import OBSERVERS
-from replication.estimation.dualrate.problem import DualRateDesign, Plant
+from replication.estimation.dualrate.problem import DualRateDesign, Plant, dual_rate_design
 from replication.estimation.validation import Array
 
 COMPARED = (PMI, HELD, printed.SINGLE, APO, RESTARTED, FAST, printed.STATE)
@@ -276,3 +279,51 @@ def table_columns() -> dict[str, Column]:
 def merged(blocks: Iterable[dict[str, Any]]) -> BlockResult:
     """The whole search from the stored results of its blocks."""
     return merge([msgspec.convert(stored, BlockResult) for stored in blocks])
+
+
+# The common plant with a slow sensor in a loop, and how far Table I moves with the rounding of inputs
+
+
+PREDICTORS = {
+    APO: "in a loop, every m-th instant, predictor as printed",
+    RESTARTED: "in a loop, every m-th instant, restarted predictor",
+}
+
+
+def on_common_plant(plant: dict[str, Any], multiples: list[int]) -> dict[str, list[float | None]]:
+    """Noise to output of the linear-quadratic loop with each predictor and ratio m; None where it is unstable."""
+    model = dualrate.make_plant(plant["A"], plant["B"], plant["C"])
+    return {name: [_noise(model, plant, name, m) for m in multiples] for name in PREDICTORS}
+
+
+def _noise(model: Any, plant: dict[str, Any], observer: str, ratio: int) -> float | None:
+    try:
+        result = dualrate.design(
+            model, period=plant["h"], ratio=ratio, observer=observer, sensor_noise=[[plant["noise"] ** 2]]
+        )
+    except InfeasibleError:
+        return None
+    return float(result.fact("noise to output").value)
+
+
+PRINTS = {
+    **{name: printed.DATA[name] for name in printed.PARAMETERS},
+    "K": f"[{' '.join(printed.DATA['feedback'])}]",
+    "L": f"[{'; '.join(printed.DATA['injection'])}]",
+}
+"""What Table I was computed from, as printed; T and M are settings, exact as printed."""
+
+
+def sensitivity(
+    prints: Mapping[str, str], pole_pairs: int, period: float, ratio: int, cells: list[dict[str, Any]]
+) -> dict[str, Any]:
+    """Percent errors of `cells` (observer, frequency, claim); prints: the motor's parameters, K and L."""
+
+    def compute(numbers: Parameters) -> dict[str, float]:
+        motor = replace(printed.MOTOR, pole_pairs=pole_pairs, **{name: numbers[name] for name in printed.PARAMETERS})
+        gains = {"feedback": numbers["K"], "injection": numbers["L"]}
+        design = dual_rate_design(motor.system(), **gains, period=period, ratio=ratio)
+        loops = {cell["claim"]: literal_loop(cell["observer"], cell["frequency"], design, motor) for cell in cells}
+        return {claim: 100 * tracking_error_ratio(loop) for claim, loop in loops.items()}
+
+    return spread(prints, compute)

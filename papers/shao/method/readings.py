@@ -43,12 +43,6 @@ class Structure:
     discrete_gain: bool = False
     current: bool = False
 
-    @property
-    def words(self) -> tuple[str, str, str, str]:
-        """Feedforward, timing of the reference, kind of gain, form of the observer."""
-        gain = "discrete" if self.discrete_gain else "continuous"
-        return self.feedforward, self.timing, gain, "current" if self.current else "predictor"
-
 
 @dataclass(frozen=True)
 class Reading:
@@ -83,22 +77,17 @@ class ReadingSpace:
 
     @cached_property
     def windows(self) -> tuple[Window, ...]:
-        """All windows [a, b) with 0 ≤ a < b ≤ horizon, in the order of the rows of `error_ratios`."""
+        """All windows [a, b) with 0 ≤ a < b ≤ horizon."""
         return tuple((a, b) for a in range(self.horizon) for b in range(a + 1, self.horizon + 1))
 
-    @property
-    def rows(self) -> int:
-        """Number of readings per observer and structure: steady state per kind of points, then all windows."""
-        return len(Points) * (1 + len(Start) * len(self.windows))
+    @cached_property
+    def rows(self) -> tuple[tuple[Start, Points, Window | None], ...]:
+        """Of each row of `error_ratios` start, points and window: steady state per kind of points, then all windows."""
+        return (*((Start.ZERO, points, None) for points in Points), *product(Start, Points, self.windows))
 
     def reading(self, observer: str, structure: Structure, row: int) -> Reading:
         """The reading that row `row` of `error_ratios` stands for."""
-        points = list(Points)
-        if row < len(points):
-            return Reading(observer, structure, points=points[row])
-        start, rest = divmod(row - len(points), len(points) * len(self.windows))
-        point, window = divmod(rest, len(self.windows))
-        return Reading(observer, structure, list(Start)[start], points[point], self.windows[window])
+        return Reading(observer, structure, *self.rows[row])
 
     def loop(self, observer: str, structure: Structure, frequency: float) -> DualRateLoop:
         """The loop of a reading at one reference frequency."""

@@ -18,7 +18,7 @@ from scipy.signal import cont2discrete
 from papers._common import by_margin
 from papers.shao import PAPER, printed
 from papers.shao.claims.table import ordering_counts, where_larger
-from papers.shao.experiments import motor as motor_experiments
+from papers.shao.experiments import theorem
 from papers.shao.experiments.theorem import prediction_gap, rate_gap
 from papers.shao.experiments.tracking import SEARCH, _energy, _over_windows, table_columns
 from papers.shao.method.readings import search_block, windowed_errors
@@ -81,14 +81,14 @@ def test_another_plant_is_told_from_the_motor(row: int, column: int, monkeypatch
     state = DESIGN.model.A.copy()
     state[row, column] *= 1.01
     other = replace(DESIGN, model=make_plant(state, DESIGN.model.B_u, DESIGN.model.C))
-    monkeypatch.setattr(motor_experiments, "DESIGN", other)
-    assert motor_experiments.motor_model(1)["transfer_gap"] > 1e-4
+    monkeypatch.setattr(theorem, "DESIGN", other)
+    assert theorem.motor_model(1)["transfer_gap"] > 1e-4
 
 
 def test_other_gains_and_periods_turn_the_motor_claims(monkeypatch: pytest.MonkeyPatch) -> None:
     other = replace(DESIGN, feedback=-DESIGN.feedback, injection=-DESIGN.injection, period=0.21)
-    monkeypatch.setattr(motor_experiments, "DESIGN", other)
-    found = json.loads(json.dumps(motor_experiments.motor_model(1)))
+    monkeypatch.setattr(theorem, "DESIGN", other)
+    found = json.loads(json.dumps(theorem.motor_model(1)))
     for name in ("motor.hurwitz-feedback", "motor.hurwitz-observer", "motor.slow-period"):
         assert verdict_on(name, lambda results: results["motor"].update(found)) is not CLAIMS[name].expected
 

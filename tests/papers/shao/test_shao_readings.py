@@ -50,8 +50,8 @@ def test_rows_count_and_mean_what_the_reading_says() -> None:
     rng = np.random.default_rng(3)
     for structure in (STRUCTURES[0], STRUCTURES[7], STRUCTURES[11], STRUCTURES[15]):
         values = error_ratios(SPACE, APO, structure)
-        assert values.shape == (SPACE.rows, 3)
-        for row in rng.integers(0, SPACE.rows, 12):
+        assert values.shape == (len(SPACE.rows), 3)
+        for row in rng.integers(0, len(SPACE.rows), 12):
             reading = SPACE.reading(APO, structure, int(row))
             assert ratio_of(reading, 1.5) == pytest.approx(values[row, 1], rel=1e-9)
 
@@ -97,7 +97,7 @@ def test_search_is_deterministic_resumable_and_merges_in_any_order() -> None:
 def test_unstable_readings_are_counted_only_where_they_exist() -> None:
     column = planted(Reading(observer=APO), "slow_input_interpolation")
     result = search.search_block(SPACE, {"pmi": column}, 0)
-    assert result.tried["pmi"] == SPACE.rows - len(Points)
+    assert result.tried["pmi"] == len(SPACE.rows) - len(Points)
 
 
 def test_current_form_with_a_discrete_gain_is_the_textbook_current_observer() -> None:
