@@ -329,6 +329,12 @@ def corrected(A: Array, Q: Array, sensors: Sensing, P: Array) -> Correction:
     return Correction(K, L, innovation, filtered, closed @ P @ closed.mT + L @ R @ L.mT + Q - cross - cross.mT)
 
 
+def filtering(problem: MultirateProblem, due: NDArray[np.bool_], P: Array) -> Correction:
+    """One instant of the filter with the sensors that are due (..., q), from covariances P (..., n, n) on."""
+    plant = problem.plant
+    return corrected(plant.A, plant.drive @ plant.drive.T, sensing(problem, due), P)
+
+
 def steady_state(problem: MultirateProblem) -> RiccatiDesign | None:
     """The filter for white noise of unit intensity, or None where the recursion from zero does not do.
 
