@@ -19,14 +19,13 @@ from replication.estimation.dualrate.loop import (
     LoopStep,
     close_loop,
     driven,
-    lifted_system,
     noise_gain,
     noise_system,
     stability_radius,
 )
 from replication.estimation.dualrate.observers import OBSERVERS, sampled_model
 from replication.estimation.dualrate.problem import Plant, Steady, solved
-from replication.estimation.linear.periodic import PeriodicSystem
+from replication.estimation.linear.periodic import PeriodicSystem, lifted_statespace
 from replication.estimation.validation import Array, StateSpace, as_matrix
 
 SEMIDEFINITE = 1e-12
@@ -192,7 +191,7 @@ class DualRateResult(Design):
 
     def to_statespace(self) -> StateSpace:
         """The closed loop over a slow period M T, from the sensor noises to the plant outputs; `@k` for instant k."""
-        lifted, ratio = lifted_system(self.loop), self.loop.design.ratio
+        lifted, ratio = lifted_statespace(noise_system(self.loop), dt=self.loop.design.period), self.loop.design.ratio
         noise = self.disturbances()
         lifted.set_inputs(list(noise) if lifted.ninputs == len(noise) else each_instant(noise, ratio))
         lifted.set_outputs(each_instant(self.signals.measurements, ratio))

@@ -358,14 +358,9 @@ class SlowRateResult(Design, Traded):
         """The matrices of `gains` under their names."""
         return Controller(**self.gains)
 
-    @property
-    def loop(self) -> PeriodicSystem:
+    def error_system(self) -> PeriodicSystem:
         """The closed loop, whose gain the bracket holds."""
         return closed(self.problem, self.controller)
-
-    def error_system(self) -> PeriodicSystem:
-        """The closed loop."""
-        return self.loop
 
     def norm(self, error: PeriodicSystem) -> GainBracket:
         """Of a loop that was designed to be stable."""
