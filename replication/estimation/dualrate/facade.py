@@ -39,7 +39,6 @@ from replication.estimation.dualrate.slow.result import (
     gain,
     kalman,
     of_gains,
-    slow_design,
 )
 from replication.estimation.validation import StateSpace, finite_vector, one_of, positive_integer
 
@@ -151,7 +150,10 @@ def design(
     _builder(observer)
     if where is At.SLOW:
         problem = slow_problem(model, period=period, ratio=ratio, hold=hold, weights=weights, tracked=tracked)
-        return slow_design(problem, signals_of(plant, problem.period), goal=aim, level=target, observer=observer)
+        solution = SlowRateResult.solve(problem, goal=aim, level=target, observer=observer)
+        quantity = SlowRateResult.quantity + ("; x and u less what holds the loads" if problem.loads else "")
+        own = {"problem": problem, "quantity": quantity}
+        return SlowRateResult.analysed(signals_of(plant, problem.period), solution, **own)
     if np.ndim(ratio) > 0 or np.any(np.asarray(hold) != 1) or aim is not Goal.H2:
         raise InvalidInputError(
             'one ratio for each sensor, hold and goal="hinf" belong to designs at the slow rate: at="slow"'

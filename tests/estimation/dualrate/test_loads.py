@@ -133,7 +133,7 @@ def test_the_mean_square_under_loads_is_that_of_a_long_run() -> None:
 def test_another_feedback_has_a_larger_mean_square(factor: float) -> None:
     result = designed(HEIGHT, "slow")
     other = replace(result, gains={**result.gains, "K": result.gains["K"] * [factor, 1.0, 1.0, 1.0]})
-    assert root_mean_square(result.problem, other.error_system()) > result.fact("root mean square").value * (1 + 1e-6)
+    assert root_mean_square(result.problem, other.loop) > result.fact("root mean square").value * (1 + 1e-6)
 
 
 @pytest.mark.parametrize("rates", ["slow", "continuous"])

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from math import isfinite
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.design import Design, Solution
 from replication.estimation.api.export import Phase, Recursion
-from replication.estimation.api.plants import Signals, each_instant
+from replication.estimation.api.plants import each_instant
 from replication.estimation.api.results import Evidence, baselines
 from replication.estimation.api.running import PeriodicObserver, statespace
 from replication.estimation.api.shown import Goal, Measures, Traded, balanced
@@ -358,9 +358,14 @@ class SlowRateResult(Design, Traded):
         """The matrices of `gains` under their names."""
         return Controller(**self.gains)
 
-    def error_system(self) -> PeriodicSystem:
+    @property
+    def loop(self) -> PeriodicSystem:
         """The closed loop, whose gain the bracket holds."""
         return closed(self.problem, self.controller)
+
+    def error_system(self) -> PeriodicSystem:
+        """The closed loop."""
+        return self.loop
 
     def norm(self, error: PeriodicSystem) -> GainBracket:
         """Of a loop that was designed to be stable."""
@@ -425,10 +430,3 @@ def set_points(problem: SlowProblem, controller: Controller) -> Array:
 def driven_by(problem: SlowProblem, controller: Controller) -> list[LoopStep]:
     """The loop of (x, x^, u before) with its set-points, instant by instant."""
     return driven(loop_steps(problem, controller), list(set_points(problem, controller)))
-
-
-def slow_design(problem: SlowProblem, signals: Signals, **aims: Any) -> SlowRateResult:
-    """The controller that `SlowRateResult.solve` finds, analysed."""
-    solution = SlowRateResult.solve(problem, **aims)
-    quantity = SlowRateResult.quantity + ("; x and u less what holds the loads" if problem.loads else "")
-    return SlowRateResult.analysed(signals, solution, problem=problem, quantity=quantity)

@@ -343,17 +343,12 @@ def drawn_errors(
     values, vectors = np.linalg.eigh(start)
     roots = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
     e = np.einsum("rab,rb->ra", roots, rng.standard_normal((runs, plant.order)))
-    loops = [closed_loop(problem.plant, gain) for gain in gains]
+    A, B = (np.stack(parts) for parts in zip(*(closed_loop(plant, gain) for gain in gains), strict=True))
     squares = []
     for taken in walks:
         squares.append(np.sum((e @ plant.W.T) ** 2, axis=1))
-        noise = rng.standard_normal((runs, loops[0][1].shape[1]))
-        following = np.empty_like(e)
-        for edge in np.unique(taken):
-            A, B = loops[edge]
-            here = taken == edge
-            following[here] = e[here] @ A.T + noise[here] @ B.T
-        e = following
+        noise = rng.standard_normal((runs, B.shape[2]))
+        e = np.einsum("rab,rb->ra", A[taken], e) + np.einsum("rab,rb->ra", B[taken], noise)
     return np.stack(squares)
 
 
