@@ -39,7 +39,6 @@ from replication.estimation.dualrate.slow.result import (
     gain,
     kalman,
     of_gains,
-    slow_design,
 )
 from replication.estimation.validation import StateSpace, finite_vector, one_of, positive_integer
 
@@ -151,7 +150,10 @@ def design(
     _builder(observer)
     if where is At.SLOW:
         problem = slow_problem(model, period=period, ratio=ratio, hold=hold, weights=weights, tracked=tracked)
-        return slow_design(problem, signals_of(plant, problem.period), goal=aim, level=target, observer=observer)
+        solution = SlowRateResult.solve(problem, goal=aim, level=target, observer=observer)
+        quantity = SlowRateResult.quantity + ("; x and u less what holds the loads" if problem.loads else "")
+        own = {"problem": problem, "quantity": quantity}
+        return SlowRateResult.analysed(signals_of(plant, problem.period), solution, **own)
     if np.ndim(ratio) > 0 or np.any(np.asarray(hold) != 1) or aim is not Goal.H2:
         raise InvalidInputError(
             'one ratio for each sensor, hold and goal="hinf" belong to designs at the slow rate: at="slow"'
@@ -308,14 +310,15 @@ def simulate(
         plant, period = result.loop.design.model, result.loop.design.period
     n, loop = plant.order, result.driven
     count = positive_integer("number of slow periods", slow_periods) * len(loop)
-    row, r = plant.C[row_of_output(plant, output)], wanted(setpoint, loop[0].drive.shape[1])
+    row, r = plant.C[row_of_output(plant, output)], wanted(setpoint, loop[0].command.shape[1])
     z = np.zeros(len(loop[0].state))
     z[:n], z[n : 2 * n] = finite_vector("x(0)", start, n), 0 if estimate is None else finite_vector("ζ(0)", estimate, n)
     states, inputs, errors = np.empty((count, n)), np.empty((count, plant.B_u.shape[1])), np.empty((count, n))
     for k in range(count):
         now = loop[k % len(loop)]
-        states[k], inputs[k], errors[k] = z[:n], now.input @ z + now.ahead @ r, z[:n] - now.estimate @ z
-        z = now.state @ z + now.drive @ r
+        states[k], errors[k] = z[:n], z[:n] - now.estimate_state @ z
+        inputs[k] = now.input_state @ z + now.input_command @ r
+        z = now.state @ z + now.command @ r
     between = [held(plant.A, plant.B_u, i * period / SUBSTEPS) for i in range(SUBSTEPS)]
     outputs = [states @ part.state.T @ row + inputs @ part.input.T @ row for part in between]
     time, names = period * (np.arange(count)[:, None] + np.arange(SUBSTEPS) / SUBSTEPS), result.signals

@@ -11,11 +11,11 @@ The slow instants obey z(n+1) = Φ z(n) + Im(Γ e^{sMTn}); everything inside a s
 start, so all periods are filled in at once. Works for unstable loops.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cache, partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from replication.estimation.dualrate.observers import (
     sampled_model,
 )
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant, row_of_output
-from replication.estimation.linear.periodic import PeriodicSystem, Stage, lifted_statespace
+from replication.estimation.linear.periodic import PeriodicSystem, Stage
 from replication.estimation.linear.riccati import gramians
 from replication.estimation.validation import Array, ComplexArray, StateSpace, finite_vector, one_of, positive_integer
 
@@ -64,19 +64,6 @@ class DualRateLoop:
     def size(self) -> int:
         """Number of states of (x, o, v)."""
         return len(self.steps[0].state)
-
-
-class Driven(NamedTuple):
-    """One instant of a loop that follows set-points r: z+ = state z + drive r, u = input z + ahead r, x^ = estimate z.
-
-    The first states are those of the plant, then come those of the observer, x^ in front.
-    """
-
-    state: Array
-    drive: Array
-    input: Array
-    ahead: Array
-    estimate: Array
 
 
 def close_loop(
@@ -147,10 +134,10 @@ def loop_step(law: Array, o: ObserverStep, plant: Held, sensed: Array, *, comput
     )
 
 
-def driven(steps: Sequence[LoopStep], ahead: Sequence[Array]) -> list[Driven]:
-    """The loop with the command ahead r, instant by instant; ahead (m, t) for each."""
+def driven(steps: Iterable[LoopStep], ahead: Iterable[Array]) -> list[LoopStep]:
+    """The loop whose command is ahead r, for set-points r; ahead (m, t) for each instant."""
     return [
-        Driven(step.state, step.command @ N, step.input_state, step.input_command @ N, step.estimate_state)
+        replace(step, command=step.command @ N, input_command=step.input_command @ N)
         for step, N in zip(steps, ahead, strict=True)
     ]
 
@@ -189,11 +176,6 @@ def noise_system(loop: DualRateLoop, weight: float = 1.0) -> PeriodicSystem:
     return PeriodicSystem(
         tuple(Stage(step.state, step.noise, output, np.zeros((rows, step.noise.shape[1]))) for step in loop.steps)
     )
-
-
-def lifted_system(loop: DualRateLoop) -> StateSpace:
-    """`noise_system` over one slow period, dt = M T: inputs the sensor noises, outputs those of all M phases."""
-    return lifted_statespace(noise_system(loop), dt=loop.design.period)
 
 
 def noise_gain(loop: DualRateLoop) -> float:

@@ -15,18 +15,17 @@ from replication.estimation.api.export import Phase, Recursion
 from replication.estimation.api.plants import each_instant
 from replication.estimation.api.results import Evidence
 from replication.estimation.dualrate.loop import (
-    Driven,
     DualRateLoop,
+    LoopStep,
     close_loop,
     driven,
-    lifted_system,
     noise_gain,
     noise_system,
     stability_radius,
 )
 from replication.estimation.dualrate.observers import OBSERVERS, sampled_model
 from replication.estimation.dualrate.problem import Plant, Steady, solved
-from replication.estimation.linear.periodic import PeriodicSystem
+from replication.estimation.linear.periodic import PeriodicSystem, lifted_statespace
 from replication.estimation.validation import Array, StateSpace, as_matrix
 
 SEMIDEFINITE = 1e-12
@@ -78,9 +77,9 @@ def _riccati(A: Any, B: Any, Q: Any, R: Any, weights: str) -> Any:
         ) from None
 
 
-def steady_error(steady: Steady, plant: Plant, loop: Sequence[Driven]) -> Evidence:
+def steady_error(steady: Steady, plant: Plant, loop: Sequence[LoopStep]) -> Evidence:
     """The largest error at rest of a loop at any instant, one of loads and set-points being one."""
-    (size, references), count = loop[0].drive.shape, steady.loads
+    (size, references), count = loop[0].command.shape, steady.loads
     readout = np.vstack([steady.load, plant.C[list(steady.tracked)]])
     rows = np.hstack([readout, np.zeros((len(readout), size - plant.order))])
     total = np.eye(size + references)
@@ -88,7 +87,7 @@ def steady_error(steady: Steady, plant: Plant, loop: Sequence[Driven]) -> Eviden
     for instant in loop:
         steps.append(total)
         joint = np.eye(size + references)
-        joint[:size] = np.hstack([instant.state, instant.drive])
+        joint[:size] = np.hstack([instant.state, instant.command])
         total = joint @ total
     conditions = np.vstack([np.hstack([rows[:count], np.zeros((count, references))]), np.eye(size + references)[size:]])
     moved = (total - np.eye(len(total)))[:size]
@@ -160,7 +159,7 @@ class DualRateResult(Design):
         )
 
     @property
-    def driven(self) -> list[Driven]:
+    def driven(self) -> list[LoopStep]:
         """The loop with its set-points and loads, instant by instant."""
         problem = self.loop.design
         steps = close_loop(problem, OBSERVERS[self.observer_name], discrete_gain=self.discrete_gain).steps
@@ -192,7 +191,7 @@ class DualRateResult(Design):
 
     def to_statespace(self) -> StateSpace:
         """The closed loop over a slow period M T, from the sensor noises to the plant outputs; `@k` for instant k."""
-        lifted, ratio = lifted_system(self.loop), self.loop.design.ratio
+        lifted, ratio = lifted_statespace(noise_system(self.loop), dt=self.loop.design.period), self.loop.design.ratio
         noise = self.disturbances()
         lifted.set_inputs(list(noise) if lifted.ninputs == len(noise) else each_instant(noise, ratio))
         lifted.set_outputs(each_instant(self.signals.measurements, ratio))

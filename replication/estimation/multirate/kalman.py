@@ -231,7 +231,7 @@ def state_units(problem: MultirateProblem) -> Array:
 
 def stationary(maps: RiccatiMap, reference: Array) -> Array | None:
     """The solution (N, n, n) that the recursion reaches from the states of `reference`, or None."""
-    states = stationary_each(RiccatiMap(*(part[:, None] for part in maps)), reference)[:, 0]
+    states = stationary_each(maps.at(np.s_[:, None]), reference)[:, 0]
     return states if np.isfinite(states).all() else None
 
 
@@ -329,6 +329,12 @@ def corrected(A: Array, Q: Array, sensors: Sensing, P: Array) -> Correction:
     return Correction(K, L, innovation, filtered, closed @ P @ closed.mT + L @ R @ L.mT + Q - cross - cross.mT)
 
 
+def filtering(problem: MultirateProblem, due: NDArray[np.bool_], P: Array) -> Correction:
+    """One instant of the filter with the sensors that are due (..., q), from covariances P (..., n, n) on."""
+    plant = problem.plant
+    return corrected(plant.A, plant.drive @ plant.drive.T, sensing(problem, due), P)
+
+
 def steady_state(problem: MultirateProblem) -> RiccatiDesign | None:
     """The filter for white noise of unit intensity, or None where the recursion from zero does not do.
 
@@ -343,22 +349,18 @@ def steady_state(problem: MultirateProblem) -> RiccatiDesign | None:
     ahead = np.diff(instants, append=instants[0] + len(mask))
     powers, sums = _predictions(plant.A, Q, int(ahead.max()))
     maps = RiccatiMap(*(part[which] for part in _maps(plant.A, Q, different)))
-    if len(powers) > 1:
-        move = powers[ahead - 1]
-        maps = RiccatiMap(move @ maps.A, maps.G, move @ maps.H @ move.mT + sums[ahead - 1])
+    move = powers[ahead - 1]
+    maps = RiccatiMap(move @ maps.A, maps.G, move @ maps.H @ move.mT + sums[ahead - 1])
     P = from_zero(maps)
     if P is None:
         return None
     step = corrected(plant.A, Q, different.at(which), P)
-    if len(powers) == 1:
-        following, L = np.roll(step.following, 1, axis=0), step.L
-    else:
-        # Of each instant the last one before it that measures, and how long ago that one's prediction was made.
-        last = np.searchsorted(instants, np.arange(len(mask))) - 1
-        ago = (np.arange(len(mask)) - instants[last]) % len(mask) - 1
-        following = powers[ago] @ step.following[last] @ powers[ago].mT + sums[ago]
-        L = np.zeros((len(mask), *step.L.shape[1:]))
-        L[instants] = step.L
+    # Of each instant the last one before it that measures, and how long ago that one's prediction was made.
+    last = np.searchsorted(instants, np.arange(len(mask))) - 1
+    ago = (np.arange(len(mask)) - instants[last]) % len(mask) - 1
+    following = powers[ago] @ step.following[last] @ powers[ago].mT + sums[ago]
+    L = np.zeros((len(mask), *step.L.shape[1:]))
+    L[instants] = step.L
     following = symmetric(following)
     again = following[instants]
     deviation = np.sqrt(np.maximum(np.diagonal(again, axis1=1, axis2=2), 0.0))

@@ -113,11 +113,9 @@ def held_over(A: Array, B: Array, time: float) -> tuple[Array, Array]:
 
 def sampled_statespace(system: Any, time: float, dt: float) -> Any:
     """A continuous-time `control.StateSpace` over a time, with its names and the base period dt (s)."""
-    import control
-
-    A, B = held_over(np.asarray(system.A, dtype=float), np.asarray(system.B, dtype=float), time)
-    names = {f"{kind}s": list(getattr(system, f"{kind}_labels")) for kind in ("state", "input", "output")}
-    return control.StateSpace(A, B, system.C, system.D, dt, **names)
+    sampled = system.sample(time)
+    sampled.dt = dt
+    return sampled
 
 
 HORIZON = 200

@@ -239,26 +239,20 @@ def riccati_design(problem: MultirateProblem, level: float) -> RiccatiDesign:
 
 def central(centre: KalmanCentre, level: float, trial: Trial | None = None) -> RiccatiDesign:
     """`riccati_design` from the Kalman filter of the problem, for many levels; trial: that of the level, if known."""
-    states, slack = _solution(centre, level) if trial is None else trial
+    states, slack = trial or _solutions(centre, (level,))[0]
     if states is None or slack <= 0:
         raise InfeasibleError(f"no observer has a gain below {level!r}; ask for a larger level (see `optimum`)")
     return centre.design(states, level)
 
 
-def optimal_design(problem: MultirateProblem, *, margin: float = DESIGN_MARGIN) -> RiccatiDesign:
-    """The central observer for the level (1 + margin) upper, with the upper end of `optimum`; raises as `optimum`.
+def optimal_design(problem: MultirateProblem) -> RiccatiDesign:
+    """The central observer DESIGN_MARGIN above the upper end of `optimum`; raises as `optimum`.
 
     Its gain is below that level (`RiccatiDesign.level`), to rounding, and may exceed upper itself.
     """
-    positive_scalar("margin", margin)
     search = _Search(problem)
-    level = search.optimum().upper * (1 + margin)
+    level = search.optimum().upper * (1 + DESIGN_MARGIN)
     return central(search.centre, level, search.latest.get(level))
-
-
-def achievable(problem: MultirateProblem, level: float) -> bool:
-    """Whether some observer has a gain below `level` (Riccati condition, necessary and sufficient)."""
-    return _solution(kalman_centre(problem), positive_scalar("level", level))[1] > 0
 
 
 def optimum(problem: MultirateProblem) -> Optimum:
@@ -411,10 +405,6 @@ def _zero(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
     return (place**-0.5, abs(place - before) / place / 2) if place > 0 else (np.nan, np.nan)
 
 
-def _solution(centre: KalmanCentre, level: float) -> Trial:
-    return _solutions(centre, (level,))[0]
-
-
 def _solutions(centre: KalmanCentre, levels: Sequence[float]) -> list[Trial]:
     """The trials of levels, side by side."""
     trials = [NO_SOLUTION] * len(levels)
@@ -422,7 +412,7 @@ def _solutions(centre: KalmanCentre, levels: Sequence[float]) -> list[Trial]:
     if not len(tried):
         return trials
     above, scaled = np.array(levels)[tried], centre.scaled
-    maps = scaled.maps_each(above)
+    maps = scaled.maps(above)
     states = stationary_each(maps, centre.states)
     cases = np.flatnonzero(np.isfinite(states).all(axis=(0, 2, 3)))
     if not len(cases):

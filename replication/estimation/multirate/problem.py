@@ -262,9 +262,7 @@ def _of_type(name: str, value: Any, kind: type, how: str) -> None:
 def _full_row_rank(D: Array) -> bool:
     """Whether the rows of D are linearly independent; each row is normalised, for the unit of a sensor is arbitrary."""
     norms = np.linalg.norm(D, axis=1, keepdims=True)
-    if D.shape[1] < len(D) or not np.all(norms > 0):
-        return False
-    return len(D) == 1 or bool(np.linalg.svd(D / norms, compute_uv=False)[-1] > RANK_TOLERANCE)
+    return bool(np.all(norms > 0)) and np.linalg.matrix_rank(D / norms, tol=RANK_TOLERANCE) == len(D)
 
 
 @dataclass(frozen=True, eq=False)
@@ -280,20 +278,16 @@ class ScaledProblem:
     information: Array
     whitened: Whitened
 
-    def maps(self, level: float = np.inf) -> RiccatiMap:
+    def maps(self, level: float | Array = np.inf) -> RiccatiMap:
         """Riccati maps of the filter at `level`: G_k = C_k'(D_k D_k')^-1 C_k - W'W/level^2, H = B_d B_d'.
 
-        At an infinite level they are those of the Kalman filter.
+        At an infinite level they are those of the Kalman filter. Of several levels, side by side, the fields have the
+        shape (N, levels, n, n).
         """
-        W = self.W / level
-        G = self.information - W.mT @ W
-        return RiccatiMap(self.A, G, self.B @ self.B.mT)
-
-    def maps_each(self, levels: Array) -> RiccatiMap:
-        """`maps` at several levels, side by side: fields of shape (N, levels, n, n)."""
-        W = self.W[:, None] / levels[:, None, None]
-        G = self.information[:, None] - W.mT @ W
-        A, H = (np.broadcast_to(part[:, None], G.shape) for part in (self.A, self.B @ self.B.mT))
+        each = np.s_[:, None] if np.ndim(level) else np.s_[:]
+        W = self.W[each] / np.asarray(level)[..., None, None]
+        G = self.information[each] - W.mT @ W
+        A, H = (np.broadcast_to(part[each], G.shape) for part in (self.A, self.B @ self.B.mT))
         return RiccatiMap(A, G, H)
 
     def corrected(self, states: Array, maps: RiccatiMap) -> Array:

@@ -389,7 +389,7 @@ def test_a_negative_storage_function_of_an_error_that_grows_proves_nothing() -> 
     walks: Any = SimpleNamespace(
         problem=SimpleNamespace(plant=SimpleNamespace(order=1)),
         automaton=SimpleNamespace(edges=[edge]),
-        weight=lambda phase: np.array([[0.1]]),
+        W=np.array([[[0.1]]]),
         unit=1.0,
     )
     assert proved_level(walks, [np.array([[2.0, 1.0]])], np.array([[[-1.0]]])) == np.inf

@@ -126,7 +126,6 @@ def covariances(**given: Any) -> MultiratePlant:
 SOLVED: list[Callable[[Any], Any]] = [
     *DESIGNS.values(),
     optimum.noncausal_bound,
-    lambda it: optimum.achievable(it, 1.0),
     lambda it: lmi.lmi_analysis(it, np.zeros((6, 3, 2))),
 ]
 REFUSED: list[tuple[str, Callable[[], Any]]] = [
@@ -134,7 +133,6 @@ REFUSED: list[tuple[str, Callable[[], Any]]] = [
     ("system must be a PeriodicSystem, got", lambda: l2_gain(ANY)),
     *(("gains must", partial(PUBLISHED["table (2, 3)"].error_system, gains)) for gains in GAINS),
     *(("level must be", partial(riccati_design, PUBLISHED["case A"], level)) for level in LEVELS),
-    *(("level must be", partial(optimum.achievable, PUBLISHED["case A"], level)) for level in LEVELS),
     *(("gate must be", lambda gate=gate: kalman_result().filter(gate=gate)) for gate in (0, -1.0, 1e9, "wide", True)),
     *(("lag must be", lambda lag=lag: kalman_result().filter(lag=lag)) for lag in (-1, 1.5, True, 1001)),
     *(("horizon", partial(worst_case_response, SYSTEM, horizon)) for horizon in (0, 2.5, -1)),

@@ -64,10 +64,11 @@ def test_the_unit_of_a_state_is_the_smaller_of_what_pushes_it_and_what_hides_it(
 
 def test_a_solution_that_does_not_stabilise_is_none() -> None:
     centre = kalman_centre(problem(PAPER, (2, 3)))
-    states, slack = search._solution(centre, 2 * centre.floor + 10.0)
+    levels = (2 * centre.floor + 10.0,)
+    ((states, slack),) = search._solutions(centre, levels)
     assert states is not None and slack > 0
     with patch.object(search, "stabilises", return_value=False):
-        assert search._solution(centre, 2 * centre.floor + 10.0) == (None, -1.0)
+        assert search._solutions(centre, levels) == [(None, -1.0)]
 
 
 def test_one_negative_direction_is_not_semidefinite() -> None:

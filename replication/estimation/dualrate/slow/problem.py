@@ -17,12 +17,13 @@ from typing import Any, Self
 
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.dualrate.observers import Held, held
 from replication.estimation.dualrate.problem import MAX_RATIO, Plant, Steady, folded_mode, steady_of
 from replication.estimation.linear.periodic import balanced_units, monodromy
-from replication.estimation.linear.riccati import RiccatiMap, stacked
+from replication.estimation.linear.riccati import RiccatiMap
 from replication.estimation.multirate.kalman import semidefinite, stationary
 from replication.estimation.multirate.problem import SensingSchedule
 from replication.estimation.nonuniform.stamped.kalman import Transition
@@ -93,17 +94,14 @@ class SlowProblem:
         return root(Transition.of(A, np.zeros((len(A), 0)), self.process_noise).at(self.period)[2])
 
     @property
-    def mask(self) -> Array:
+    def mask(self) -> NDArray[np.bool_]:
         """Which sensors deliver at each instant of the period (N, p)."""
-        return np.asarray(np.tile(self.sensors.mask, (self.instants // self.sensors.period, 1)))
+        return np.tile(self.sensors.mask, (self.instants // self.sensors.period, 1))
 
-    def measured(self) -> list[list[int]]:
-        """For each instant of the period, the sensors that deliver."""
-        return [list(self.sensors.measured(k)) for k in range(self.instants)]
-
-    def changed(self) -> list[Array]:
-        """For each instant of the period, the matrix (m, m) with ones for the inputs that change."""
-        return [self.actuators.selection(k) for k in range(self.instants)]
+    @property
+    def changed(self) -> Array:
+        """At each instant of the period the matrix (N, m, m) with ones for the inputs that change."""
+        return np.stack([self.actuators.selection(k) for k in range(self.instants)])
 
     @property
     def decays(self) -> bool:
@@ -266,42 +264,34 @@ class Equations:
     r: Array
 
     @cached_property
-    def information(self) -> list[tuple[Array, Array]]:
-        """For each instant C'V^-1 with zero columns for sensors that do not deliver, and C'V^-1 C."""
-        C, V = self.problem.plant.C, self.problem.sensor_noise
-        known: dict[tuple[int, ...], tuple[Array, Array]] = {}
-        for rows in map(tuple, self.problem.measured()):
-            if rows not in known:
-                weighed, due = np.zeros(C.T.shape), list(rows)
-                weighed[:, due] = np.linalg.solve(V[np.ix_(due, due)], C[due]).T
-                known[rows] = (weighed, weighed @ C)
-        return [known[tuple(rows)] for rows in self.problem.measured()]
+    def information(self) -> tuple[Array, Array]:
+        """At each instant C'V^-1 (N, n, p) with zero columns for sensors that do not deliver, and C'V^-1 C."""
+        C, due = self.problem.plant.C, self.problem.mask[:, :, None]
+        V = np.where(due & due.mT, self.problem.sensor_noise, np.eye(len(C)))
+        weighed = np.asarray(np.linalg.solve(V, due * C)).mT
+        return weighed, weighed @ C
 
     def filtering(self, level: float) -> RiccatiMap:
         """Of the error covariance, forwards in time."""
-        A, G = self.problem.sampled.state, self.problem.noise
-        lost = self.problem.period * self.problem.state_weight / level**2
-        return stacked(RiccatiMap(A, information - lost, G @ G.T) for _, information in self.information)
+        A, drive = self.problem.sampled.state, self.problem.noise
+        G = self.information[1] - self.problem.period * self.problem.state_weight / level**2
+        return RiccatiMap(np.broadcast_to(A, G.shape), G, np.broadcast_to(drive @ drive.T, G.shape))
 
-    def regulating(self, level: float) -> list[tuple[RiccatiMap, Array, Array]]:
-        """Of the cost to go on (x, u before), for each instant; then R^-1 B' and the fixed part of what changes."""
-        p, step = self.problem, self.problem.sampled
+    def regulating(self, level: float) -> tuple[RiccatiMap, Array, Array]:
+        """Of the cost to go on (x, u before), forwards in time; R^-1 B' and the fixed part of what changes."""
+        p, step, S = self.problem, self.problem.sampled, self.problem.changed
         (n, m), Q, R = step.input.shape, p.period * p.state_weight, p.period * p.input_weight
-        worst = np.zeros((n + m, n + m))
-        worst[:n, :n] = p.noise @ p.noise.T / level**2
-        stages = {}
-        for S in p.changed():
-            hold = np.eye(m) - S
-            weight = S @ R @ S + hold
-            fixed = np.zeros((m, n + m))
-            fixed[:, n:] = -np.linalg.solve(weight, S @ R @ hold)
-            drive = np.vstack([step.input @ S, S])
-            free = np.block([[step.state, step.input @ hold], [np.zeros((m, n)), hold]]) + drive @ fixed
-            cost = scipy.linalg.block_diag(Q, hold @ R @ hold)
-            cost[n:, n:] -= fixed[:, n:].T @ weight @ fixed[:, n:]
-            moves = np.asarray(np.linalg.solve(weight, drive.T), dtype=float)
-            stages[S.tobytes()] = (RiccatiMap(free.T, drive @ moves - worst, cost), moves, fixed)
-        return [stages[S.tobytes()] for S in p.changed()]
+        fixed, free, cost = (np.zeros((len(S), rows, n + m)) for rows in (m, n + m, n + m))
+        hold = np.eye(m) - S
+        weight = S @ R @ S + hold
+        fixed[..., n:] = -np.linalg.solve(weight, S @ R @ hold)
+        drive = np.concatenate([step.input @ S, S], axis=1)
+        free[:, :n, :n], free[:, :n, n:], free[:, n:, n:] = step.state, step.input @ hold, hold
+        cost[:, :n, :n], cost[:, n:, n:] = Q, hold @ R @ hold - fixed[..., n:].mT @ weight @ fixed[..., n:]
+        moves = np.asarray(np.linalg.solve(weight, drive.mT), dtype=float)
+        G = drive @ moves
+        G[:, :n, :n] -= p.noise @ p.noise.T / level**2
+        return RiccatiMap((free + drive @ fixed).mT, G, cost), moves, fixed
 
     def margin(self, level: float) -> float:
         """How far the conditions of the level are met; some controller keeps the level iff it is positive."""
@@ -317,26 +307,20 @@ class Equations:
 
     def observing(self, sigma: Array, level: float) -> tuple[Array, Array]:
         """A (N, n, n) and L (N, n, p) of the observer, in the given units; sigma: the covariance at each instant."""
-        n, observed = self.problem.plant.order, []
-        for X, A, G, (weighed, _) in zip(sigma, *self.filtering(level)[:2], self.information, strict=True):
-            gain = A @ np.linalg.solve(np.eye(n) + X @ G, X)
-            observed.append((A - gain @ G, gain @ weighed))
-        A, L = (np.stack(parts) for parts in zip(*observed, strict=True))
-        return A * self.t[:, None] / self.t, L * self.t[:, None]
+        maps = self.filtering(level)
+        gain = maps.A @ np.linalg.solve(np.eye(len(self.t)) + sigma @ maps.G, sigma)
+        return (maps.A - gain @ maps.G) * self.t[:, None] / self.t, gain @ self.information[0] * self.t[:, None]
 
     def commanding(self, sigma: Array, cost: Array, level: float) -> Array:
         """K (N, m, n + m), in the given units; cost: to go on, at each instant."""
-        p, laws = self.problem, []
-        n, m = p.plant.B_u.shape
-        for k, ((stage, moves, fixed), S) in enumerate(zip(self.regulating(level), p.changed(), strict=True)):
-            following = cost[(k + 1) % len(cost)]
-            after = following @ np.linalg.solve(np.eye(n + m) + stage.G @ following, stage.A.T)
-            worst = np.eye(n + m)  # x^ is not what the command acts on, but the state that is worst for it
-            worst[:n] -= sigma[k] @ cost[k][:n] / level**2
-            law = np.linalg.solve(worst.T, (fixed - moves @ after).T).T
-            law[:, n:] += np.eye(m) - S
-            laws.append(law)
-        return np.asarray(np.stack(laws) * self.r[:, None] / np.concatenate([self.t, self.r]))
+        (n, m), (maps, moves, fixed) = self.problem.plant.B_u.shape, self.regulating(level)
+        following = np.roll(cost, -1, axis=0)
+        after = following @ np.linalg.solve(np.eye(n + m) + maps.G @ following, maps.A.mT)
+        worst = np.tile(np.eye(n + m), (len(cost), 1, 1))
+        worst[:, :n] -= sigma @ cost[:, :n] / level**2  # x^ is not what the command acts on, but its worst state
+        laws = np.linalg.solve(worst.mT, (fixed - moves @ after).mT).mT
+        laws[..., n:] += np.eye(m) - self.problem.changed
+        return np.asarray(laws * self.r[:, None] / np.concatenate([self.t, self.r]))
 
     def covariance(self, level: float) -> Array | None:
         """Of the error at each instant."""
@@ -344,8 +328,7 @@ class Equations:
 
     def cost(self, level: float) -> Array | None:
         """To go on, at each instant; it runs backwards in time."""
-        stages = stacked(stage for stage, *_ in reversed(self.regulating(level)))
-        back = _solution(stages, sum(self.problem.plant.B_u.shape))
+        back = _solution(self.regulating(level)[0].at(np.s_[::-1]), sum(self.problem.plant.B_u.shape))
         return None if back is None else np.roll(back[::-1], 1, axis=0)
 
     def _solved(self, level: float) -> tuple[tuple[Array, Array] | None, float]:

@@ -2,22 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from math import isfinite
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from replication.errors import InfeasibleError, InvalidInputError, SolverError
 from replication.estimation.api.design import Design, Solution
 from replication.estimation.api.export import Phase, Recursion
-from replication.estimation.api.plants import Signals, each_instant
+from replication.estimation.api.plants import each_instant
 from replication.estimation.api.results import Evidence, baselines
 from replication.estimation.api.running import PeriodicObserver, statespace
 from replication.estimation.api.shown import Goal, Measures, Traded, balanced
-from replication.estimation.dualrate.loop import Driven, DualRateLoop, LoopStep, close_loop, driven, loop_step
+from replication.estimation.dualrate.loop import DualRateLoop, LoopStep, close_loop, driven, loop_step
 from replication.estimation.dualrate.observers import OBSERVERS, ObserverStep
 from replication.estimation.dualrate.problem import DualRateDesign
 from replication.estimation.dualrate.result import DualRateResult, Weights, steady_error
@@ -57,7 +58,7 @@ def closed(problem: SlowProblem, controller: Controller) -> PeriodicSystem:
 
 def joint(problem: SlowProblem, controller: Controller) -> PeriodicSystem:
     """`closed` with the loads among its states."""
-    return _weighed(problem, loop_steps(problem, controller), problem.measured())
+    return _weighed(problem, loop_steps(problem, controller), problem.mask)
 
 
 def loop_steps(problem: SlowProblem, controller: Controller) -> list[LoopStep]:
@@ -72,11 +73,11 @@ def loop_steps(problem: SlowProblem, controller: Controller) -> list[LoopStep]:
 
 def of_gains(problem: SlowProblem, loop: DualRateLoop) -> PeriodicSystem:
     """The same of a loop with gains that were designed in continuous time and one slow sensor period."""
-    every = list(range(len(problem.plant.C)))
-    return _weighed(problem, loop.steps, [every if np.any(step.noise) else [] for step in loop.steps])
+    read = [np.full(len(problem.plant.C), np.any(step.noise)) for step in loop.steps]
+    return _weighed(problem, loop.steps, read)
 
 
-def _weighed(problem: SlowProblem, steps: Sequence[LoopStep], read: Sequence[list[int]]) -> PeriodicSystem:
+def _weighed(problem: SlowProblem, steps: Sequence[LoopStep], read: Iterable[NDArray[np.bool_]]) -> PeriodicSystem:
     """The loop in units of the weights; read: the sensors whose noise counts at each instant."""
     pairs = zip(steps, read, strict=True)
     return PeriodicSystem(tuple(_stage(problem, s.state, s.noise[:, due], due, s.input_state) for s, due in pairs))
@@ -84,20 +85,18 @@ def _weighed(problem: SlowProblem, steps: Sequence[LoopStep], read: Sequence[lis
 
 def alone(problem: SlowProblem) -> PeriodicSystem:
     """The plant with the input zero."""
-    n, m = problem.sampled.input.shape
-    return PeriodicSystem((_stage(problem, problem.sampled.state, np.zeros((n, 0)), [], np.zeros((m, n))),))
+    (n, m), none = problem.sampled.input.shape, np.zeros(len(problem.plant.C), dtype=bool)
+    return PeriodicSystem((_stage(problem, problem.sampled.state, np.zeros((n, 0)), none, np.zeros((m, n))),))
 
 
 def noise_to_output(problem: SlowProblem, loop: PeriodicSystem) -> PeriodicSystem:
     """From readings' noise of unit size to the plant outputs, weighted so that the gain is one of root mean squares."""
     plant, skipped = problem.unloaded.plant, problem.noise.shape[1]
-    rows = len(plant.C)
-    measured = problem.measured()
-    readings = sum(len(due) for due in measured) / rows
+    rows, mask = len(plant.C), problem.mask
     output = np.zeros((rows, loop.order))
-    output[:, : plant.order] = np.sqrt(readings / len(measured)) * plant.C
+    output[:, : plant.order] = np.sqrt(np.mean(mask)) * plant.C
     stages = []
-    for stage, due in zip(loop.stages, measured, strict=True):
+    for stage, due in zip(loop.stages, mask, strict=True):
         units = root(problem.sensor_noise[np.ix_(due, due)])
         noise = np.asarray(np.linalg.solve(units.T, stage.B[:, skipped:].T).T, dtype=float)
         stages.append(Stage(stage.A, noise, output, np.zeros((rows, noise.shape[1]))))
@@ -121,7 +120,7 @@ def root_mean_square(problem: SlowProblem, loop: PeriodicSystem) -> float:
         raise SolverError(problem.lost()) from None
 
 
-def _stage(problem: SlowProblem, transition: Array, read: Array, due: list[int], u: Array) -> Stage:
+def _stage(problem: SlowProblem, transition: Array, read: Array, due: NDArray[np.bool_], u: Array) -> Stage:
     """One instant; read: effect of the noise of the readings that are due, u: the input by the state."""
     n, size = problem.plant.order, len(transition)
     drive = np.zeros((size, n))
@@ -249,11 +248,11 @@ class RunningController(PeriodicObserver):
         (n, m), p = problem.plant.B_u.shape, len(problem.plant.C)
         phases: list[Phase] = []
         for due, step in zip(problem.mask, driven_by(problem, controller), strict=True):
-            t = step.ahead.shape[1]
+            t = step.command.shape[1]
             size = n + m + t
             transition, readout = np.zeros((size, size)), np.eye(n + m, size)
-            transition[: n + m] = np.hstack([step.state[n:, n:], step.drive[n:]])
-            readout[n:] = np.hstack([step.input[:, n:], step.ahead])
+            transition[: n + m] = np.hstack([step.state[n:, n:], step.command[n:]])
+            readout[n:] = np.hstack([step.input_state[:, n:], step.input_command])
             drive, injection = np.eye(size)[:, n + m :], np.zeros((size, p))
             injection[:n] = controller.L[len(phases)]
             phases.append(Phase(transition, drive, injection, readout, due))
@@ -350,7 +349,7 @@ class SlowRateResult(Design, Traded):
         )
 
     @property
-    def driven(self) -> list[Driven]:
+    def driven(self) -> list[LoopStep]:
         """The loop of (x, x^, u before) with its set-points, instant by instant."""
         return driven_by(self.problem, self.controller)
 
@@ -428,13 +427,6 @@ def set_points(problem: SlowProblem, controller: Controller) -> Array:
     return np.stack(ahead)
 
 
-def driven_by(problem: SlowProblem, controller: Controller) -> list[Driven]:
+def driven_by(problem: SlowProblem, controller: Controller) -> list[LoopStep]:
     """The loop of (x, x^, u before) with its set-points, instant by instant."""
     return driven(loop_steps(problem, controller), list(set_points(problem, controller)))
-
-
-def slow_design(problem: SlowProblem, signals: Signals, **aims: Any) -> SlowRateResult:
-    """The controller that `SlowRateResult.solve` finds, analysed."""
-    solution = SlowRateResult.solve(problem, **aims)
-    quantity = SlowRateResult.quantity + ("; x and u less what holds the loads" if problem.loads else "")
-    return SlowRateResult.analysed(signals, solution, problem=problem, quantity=quantity)

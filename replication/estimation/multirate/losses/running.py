@@ -6,7 +6,7 @@ of probability p adds p (A X_s A' + pi_s B B') to X_t: the error is stable in me
 period.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import reduce
 from typing import Any
@@ -20,7 +20,7 @@ from replication.estimation.api.export import INSTANTS, c_file, source
 from replication.estimation.api.running import RunningObserver
 from replication.estimation.api.shown import Shown
 from replication.estimation.linear.riccati import symmetric
-from replication.estimation.multirate.kalman import Correction, corrected, sensing
+from replication.estimation.multirate.kalman import filtering
 from replication.estimation.multirate.losses.models import Automaton, Edge
 from replication.estimation.multirate.problem import MultirateProblem, closed_loop, unseen_mode
 from replication.estimation.validation import Array
@@ -118,16 +118,18 @@ def mean_square_gains(problem: MultirateProblem, cases: Automaton) -> Array:
     square finite then; SolverError if it does not settle.
     """
     pi, n = visits(cases), problem.plant.order
-    X = np.zeros((len(cases.phases), n, n))
+    X, mean = np.zeros((len(cases.phases), n, n)), np.where(pi > 0, pi, 1.0)[:, None, None]
     visited = np.array([edge.probability * pi[edge.source] for edge in cases.edges])
+    arrived = np.array([edge.arrived for edge in cases.edges])
+    sources, targets = np.array([(edge.source, edge.target) for edge in cases.edges]).T
     scale = float(np.trace(problem.plant.drive @ problem.plant.drive.T)) or 1.0
     for _ in range(ROUNDS):
         before = X
         for ways in cases.by_phase:
-            step, targets = _corrected(problem, cases, pi, X, ways), [cases.edges[i].target for i in ways]
+            following = filtering(problem, arrived[ways], (X / mean)[sources[ways]]).following
             X = X.copy()
-            X[targets] = 0.0
-            np.add.at(X, targets, visited[ways, None, None] * symmetric(step.following))
+            X[targets[ways]] = 0.0
+            np.add.at(X, targets[ways], visited[ways, None, None] * symmetric(following))
         size = float(np.abs(X).max())
         if not np.isfinite(size) or size > LOST * scale:
             raise InfeasibleError(
@@ -135,20 +137,11 @@ def mean_square_gains(problem: MultirateProblem, cases: Automaton) -> Array:
                 "often"
             )
         if np.abs(X - before).max() <= SETTLED * size:
-            return _corrected(problem, cases, pi, X, range(len(cases.edges))).L * (visited > 0)[:, None, None]
+            return filtering(problem, arrived, (X / mean)[sources]).L * (visited > 0)[:, None, None]
     raise SolverError(
         f"the gains under losses did not settle in {ROUNDS} periods: the losses are next to those at which the mean "
         "square error becomes infinite; lose less, or measure more often"
     )
-
-
-def _corrected(problem: MultirateProblem, cases: Automaton, pi: Array, X: Array, ways: Sequence[int]) -> Correction:
-    """Kalman filters at the mean errors X / pi of the nodes that these edges leave."""
-    plant, edges = problem.plant, [cases.edges[i] for i in ways]
-    sources = [edge.source for edge in edges]
-    P = X[sources] / np.where(pi > 0, pi, 1.0)[sources, None, None]
-    sensors = sensing(problem, np.array([edge.arrived for edge in edges]))
-    return corrected(plant.A, plant.drive @ plant.drive.T, sensors, P)
 
 
 def _halves(n: int) -> tuple[Array, Array]:
@@ -350,28 +343,22 @@ def drawn_errors(
     values, vectors = np.linalg.eigh(start)
     roots = vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
     e = np.einsum("rab,rb->ra", roots, rng.standard_normal((runs, plant.order)))
-    loops = [closed_loop(problem.plant, gain) for gain in gains]
+    A, B = (np.stack(parts) for parts in zip(*(closed_loop(plant, gain) for gain in gains), strict=True))
     squares = []
     for taken in walks:
         squares.append(np.sum((e @ plant.W.T) ** 2, axis=1))
-        noise = rng.standard_normal((runs, loops[0][1].shape[1]))
-        following = np.empty_like(e)
-        for edge in np.unique(taken):
-            A, B = loops[edge]
-            here = taken == edge
-            following[here] = e[here] @ A.T + noise[here] @ B.T
-        e = following
+        noise = rng.standard_normal((runs, B.shape[2]))
+        e = np.einsum("rab,rb->ra", A[taken], e) + np.einsum("rab,rb->ra", B[taken], noise)
     return np.stack(squares)
 
 
 def kalman_errors(problem: MultirateProblem, cases: Automaton, walks: list[NDArray[np.intp]], start: Array) -> Array:
     """tr W P W' (steps, runs) of the Kalman filter that knows which samples came, from P = `start` on."""
     plant, P, traces = problem.plant, start, list[Array]()
-    Q = plant.drive @ plant.drive.T
     arrived = np.array([edge.arrived for edge in cases.edges])
     for taken in walks:
         traces.append(np.einsum("za,rab,zb->r", plant.W, P, plant.W))
-        P = corrected(plant.A, Q, sensing(problem, arrived[taken]), P).following
+        P = filtering(problem, arrived[taken], P).following
     return np.stack(traces)
 
 

@@ -16,9 +16,10 @@ from replication.errors import InfeasibleError, SolverError
 from replication.estimation.conic.program import ALMOST, Inequalities, program_under, solve_clarabel, symmetric_basis
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.linear.riccati import symmetric
-from replication.estimation.multirate.kalman import state_scales
+from replication.estimation.multirate.kalman import filtering, state_scales
 from replication.estimation.multirate.losses.models import Automaton, Word, along, patterns
 from replication.estimation.multirate.problem import MultirateProblem, closed_loop
+from replication.estimation.nonuniform.path_lyapunov import storage_inequalities
 from replication.estimation.validation import Array
 
 SLACK = 1e-7
@@ -37,7 +38,8 @@ class Storage:
 
 @dataclass(frozen=True, eq=False)
 class Walks:
-    """An automaton with the error system in units of its own: e(k) = T_k s(k), and levels in multiples of `unit`."""
+    """An automaton with the error system in units of its own: e = T_s s at its node s, and levels in multiples of
+    `unit`."""
 
     problem: MultirateProblem
     automaton: Automaton
@@ -45,12 +47,13 @@ class Walks:
 
     @cached_property
     def T(self) -> Array:
-        """Coordinates in which the error of a Kalman filter without losses has covariance one."""
-        return state_scales(self.problem)
+        """Coordinates (nodes, n, n) in which the error of a Kalman filter without losses has covariance one."""
+        return state_scales(self.problem)[list(self.automaton.phases)]
 
-    def weight(self, phase: int) -> Array:
-        """W in these units."""
-        return np.asarray(self.problem.plant.W @ self.T[phase] / self.unit)
+    @cached_property
+    def W(self) -> Array:
+        """W in these units, (nodes, n_z, n)."""
+        return np.asarray(self.problem.plant.W @ self.T / self.unit)
 
     def moved(self, edge: int, gain: Array) -> Array:
         """[A B] of an edge with a gain (n, q), in these units; B turned so that it has no more columns than rows."""
@@ -61,23 +64,19 @@ class Walks:
 
     def open_loop(self, edge: int) -> tuple[Array, Array]:
         """[A B] without a correction, and [C D] of the samples that come."""
-        plant, phase = self.problem.plant, self.automaton.edges[edge].phase
-        rows = list(self.automaton.edges[edge].arrived)
-        F = np.hstack([plant.C[rows] @ self.T[phase], np.zeros((sum(rows), plant.B_d.shape[1])), plant.D[rows]])
+        plant, ends = self.problem.plant, self.automaton.edges[edge]
+        rows = list(ends.arrived)
+        F = np.hstack([plant.C[rows] @ self.T[ends.source], np.zeros((sum(rows), plant.B_d.shape[1])), plant.D[rows]])
         return self._scaled(edge, plant.A, np.hstack([plant.B_d, plant.B_w])), F
 
     def storage(self, P: Array) -> Array:
         """Storage functions (nodes, n, n) of these units in those of the plant."""
-        back = self.unit * np.linalg.inv(self.T)[list(self.automaton.phases)]
+        back = self.unit * np.linalg.inv(self.T)
         return symmetric(back.mT @ P @ back)
 
     def _scaled(self, edge: int, A: Array, B: Array) -> Array:
-        now = self.T[self.automaton.edges[edge].phase]
-        return np.asarray(np.linalg.solve(self.following(edge), np.hstack([A @ now, B])))
-
-    def following(self, edge: int) -> Array:
-        """The coordinates after an edge."""
-        return np.asarray(self.T[(self.automaton.edges[edge].phase + 1) % len(self.T)])
+        ends = self.automaton.edges[edge]
+        return np.asarray(np.linalg.solve(self.T[ends.target], np.hstack([A @ self.T[ends.source], B])))
 
 
 def least_level(walks: Walks, moved: Sequence[Array], kernels: Sequence[Array] | None = None) -> Storage:
@@ -85,42 +84,25 @@ def least_level(walks: Walks, moved: Sequence[Array], kernels: Sequence[Array] |
 
     Raises SolverError unless the solver ends well; what it gives is not believed before `proved_level`.
     """
-    n, edges = walks.problem.plant.order, walks.automaton.edges
+    n, edges, nodes = walks.problem.plant.order, walks.automaton.edges, len(walks.automaton.phases)
     basis = symmetric_basis(n)
-    terms = len(basis)
-    directions = [np.eye(M.shape[1]) for M in moved] if kernels is None else kernels
-    parts: dict[tuple[int, ...], list[int]] = {}
-    for i, N in enumerate(directions):
-        parts.setdefault(N.shape, []).append(i)
-    groups, order = [], []
-    unknowns = [range(1 + i * terms, 1 + (i + 1) * terms) for i in range(len(walks.automaton.phases))]
-    for (whole, _), members in parts.items():
-        frame = np.eye(n, whole)
-        N = np.stack([directions[i] for i in members])
-        M = np.stack([moved[i] for i in members]) @ N
-        F = frame @ N
-        W = np.stack([walks.weight(edges[i].phase) for i in members])
-        bound = np.diag([0.0] * n + [1.0] * (whole - n))
-        constant = -(F.mT @ W.mT @ W @ F) - SLACK * np.eye(N.shape[2])
-        stored = np.einsum("kax,lab,kby->klxy", F, basis, F)
-        after = np.einsum("kax,lab,kby->klxy", M, basis, M)
-        supplied = (N.mT @ bound @ N)[:, None]
-        columns = [[0, *unknowns[edges[i].source], *unknowns[edges[i].target]] for i in members]
-        # Of an edge from a node to itself the unknowns stand twice, which counts as their sum.
-        entries = np.concatenate([supplied, stored, -after], axis=1)
-        groups.append(Inequalities(symmetric(constant), entries, np.array(columns)))
-        order += members
+    terms, groups = len(basis), []
+    for i, (edge, M) in enumerate(zip(edges, moved, strict=True)):
+        N = np.eye(M.shape[1]) if kernels is None else kernels[i]
+        weighted = walks.W[edge.source] @ N[:n]
+        demanded = symmetric(weighted.T @ weighted) + SLACK * np.eye(N.shape[1])
+        ends = [(edge.source, edge.target, 0)]
+        groups.append(storage_inequalities(basis, N[:n], (M @ N)[None], N[n:].T @ N[n:], demanded, ends))
     if kernels is not None:
         # Where samples tell of everything the inequality is empty, and the storage must exceed W'W all the same.
-        W = np.stack([walks.weight(phase) for phase in walks.automaton.phases])
-        each = np.broadcast_to(basis, (len(W), *basis.shape))
-        groups.append(Inequalities(-(W.mT @ W) - SLACK * np.eye(n), np.array(each), np.array(unknowns)))
-    cost = np.zeros(1 + terms * len(walks.automaton.phases))
+        each, unknowns = np.broadcast_to(basis, (nodes, *basis.shape)), 1 + np.arange(nodes * terms)
+        demanded = walks.W.mT @ walks.W + SLACK * np.eye(n)
+        groups.append(Inequalities(-demanded, each, unknowns.reshape(nodes, terms)))
+    cost = np.zeros(1 + terms * nodes)
     cost[0] = 1.0
     solution = solve_clarabel(program_under(cost, *groups), accept=ALMOST)
     x = solution.multipliers
-    flux = np.zeros(len(edges))
-    flux[order] = [float(np.trace(block)) for block in solution.blocks[: len(order)]]
+    flux = np.array([np.trace(block) for block in solution.blocks[: len(edges)]])
     return Storage(float(x[0]), np.einsum("cl,lab->cab", x[1:].reshape(-1, terms), basis), flux)
 
 
@@ -130,7 +112,7 @@ def proved_level(walks: Walks, moved: Sequence[Array], P: Array) -> float:
     if np.linalg.eigvalsh(P)[:, 0].min() <= 0:
         return np.inf
     for edge, M in zip(walks.automaton.edges, moved, strict=True):
-        before, after, W = P[edge.source], P[edge.target], walks.weight(edge.phase)
+        before, after, W = P[edge.source], P[edge.target], walks.W[edge.source]
         A, B = M[:, :n], M[:, n:]
         left = symmetric(before - W.T @ W - A.T @ after @ A)
         rounding = ROUNDING * n * (np.linalg.norm(before) + np.linalg.norm(after) * np.linalg.norm(A) ** 2 + 1)
@@ -148,17 +130,11 @@ def central_gains(walks: Walks, storage: Storage, squared: float) -> Array:
     """The gains (edges, n, q) that keep the inequality at a `squared` level with the given storage functions.
 
     With Q = diag(P_s - W'W, level^2 I) the error after the correction is [A B] on the directions that the samples do
-    not tell of, and zero on those Q-orthogonal to them: L = [A B] Q^-1 F'(F Q^-1 F')^-1, F = [C D].
+    not tell of, and zero on those Q-orthogonal to them: the gain of the Kalman filter at level^2 (P_s - W'W)^-1.
     """
-    n, q = walks.problem.plant.order, walks.problem.plant.sensors
-    gains = np.zeros((len(walks.automaton.edges), n, q))
-    for i, edge in enumerate(walks.automaton.edges):
-        M, F = walks.open_loop(i)
-        W = walks.weight(edge.phase)
-        inverse = np.diag([0.0] * n + [1 / squared] * (M.shape[1] - n))
-        inverse[:n, :n] = np.linalg.inv(storage.P[edge.source] - W.T @ W)
-        gain = np.asarray(np.linalg.solve(F @ inverse @ F.T, F @ inverse @ M.T)).T
-        gains[i][:, list(edge.arrived)] = walks.following(i) @ gain
+    edges, covariance = walks.automaton.edges, squared * np.linalg.inv(storage.P - walks.W.mT @ walks.W)
+    arrived, sources = np.array([edge.arrived for edge in edges]), [edge.source for edge in edges]
+    gains = filtering(walks.problem, arrived, (walks.T @ covariance @ walks.T.mT)[sources]).L
     if not np.all(np.isfinite(gains)):
         raise SolverError("the gains under losses were lost in rounding; change the units of the states or the noise")
     return gains
