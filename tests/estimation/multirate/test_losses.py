@@ -337,7 +337,7 @@ def test_central_gains_keep_every_level_above_the_least(factor: float) -> None:
     opened = [walks.open_loop(i) for i in range(len(given.edges))]
     kernels = [kernel(seen) for _, seen in opened]
     storage = least_level(walks, [moved for moved, _ in opened], kernels)
-    squared = factor**2 * storage.squared
+    squared = factor**2 * storage.delta
     gains = central_gains(walks, storage, squared)
     closed = [walks.moved(i, gain) for i, gain in enumerate(gains)]
     assert proved_level(walks, closed, storage.P) <= np.sqrt(squared) * (1 + EQUAL)

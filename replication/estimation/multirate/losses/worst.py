@@ -13,27 +13,18 @@ from functools import cached_property
 import numpy as np
 
 from replication.errors import InfeasibleError, SolverError
-from replication.estimation.conic.program import ALMOST, Inequalities, program_under, solve_clarabel, symmetric_basis
+from replication.estimation.conic.program import ALMOST, Inequalities, symmetric_basis
 from replication.estimation.linear.norms import l2_gain
 from replication.estimation.linear.riccati import symmetric
 from replication.estimation.multirate.kalman import filtering, state_scales
 from replication.estimation.multirate.losses.models import Automaton, Word, along, patterns
 from replication.estimation.multirate.problem import MultirateProblem, closed_loop
-from replication.estimation.nonuniform.path_lyapunov import storage_inequalities
+from replication.estimation.nonuniform.path_lyapunov import Storage, least_storage, storage_inequalities
 from replication.estimation.validation import Array
 
 SLACK = 1e-7
 """Of each inequality beyond zero, in units in which state and level are about one."""
 ROUNDING = 1e-13
-
-
-@dataclass(frozen=True, eq=False)
-class Storage:
-    """squared: of the level, in its unit; P (nodes, n, n); flux: how much each edge's inequality counts."""
-
-    squared: float
-    P: Array
-    flux: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,13 +71,14 @@ class Walks:
 
 
 def least_level(walks: Walks, moved: Sequence[Array], kernels: Sequence[Array] | None = None) -> Storage:
-    """The storage functions with the least level; kernels: bases of the directions in which an edge must hold.
+    """The storage functions with the least level, and how much the inequality of each edge counts (`flux`).
 
-    Raises SolverError unless the solver ends well; what it gives is not believed before `proved_level`.
+    kernels: bases of the directions in which an edge must hold. Raises SolverError unless the solver ends well; what it
+    gives is not believed before `proved_level`.
     """
     n, edges, nodes = walks.problem.plant.order, walks.automaton.edges, len(walks.automaton.phases)
     basis = symmetric_basis(n)
-    terms, groups = len(basis), []
+    groups = []
     for i, (edge, M) in enumerate(zip(edges, moved, strict=True)):
         N = np.eye(M.shape[1]) if kernels is None else kernels[i]
         weighted = walks.W[edge.source] @ N[:n]
@@ -95,15 +87,11 @@ def least_level(walks: Walks, moved: Sequence[Array], kernels: Sequence[Array] |
         groups.append(storage_inequalities(basis, N[:n], (M @ N)[None], N[n:].T @ N[n:], demanded, ends))
     if kernels is not None:
         # Where samples tell of everything the inequality is empty, and the storage must exceed W'W all the same.
-        each, unknowns = np.broadcast_to(basis, (nodes, *basis.shape)), 1 + np.arange(nodes * terms)
+        each, unknowns = np.broadcast_to(basis, (nodes, *basis.shape)), 1 + np.arange(nodes * len(basis))
         demanded = walks.W.mT @ walks.W + SLACK * np.eye(n)
-        groups.append(Inequalities(-demanded, each, unknowns.reshape(nodes, terms)))
-    cost = np.zeros(1 + terms * nodes)
-    cost[0] = 1.0
-    solution = solve_clarabel(program_under(cost, *groups), accept=ALMOST)
-    x = solution.multipliers
-    flux = np.array([np.trace(block) for block in solution.blocks[: len(edges)]])
-    return Storage(float(x[0]), np.einsum("cl,lab->cab", x[1:].reshape(-1, terms), basis), flux)
+        groups.append(Inequalities(-demanded, each, unknowns.reshape(nodes, -1)))
+    storage, solution = least_storage(basis, nodes, *groups, accept=ALMOST)
+    return replace(storage, flux=np.array([np.trace(block) for block in solution.blocks[: len(edges)]]))
 
 
 def proved_level(walks: Walks, moved: Sequence[Array], P: Array) -> float:
@@ -276,7 +264,7 @@ def least_gains(problem: MultirateProblem, cases: Automaton, unit: float) -> Arr
     storage = least_level(walks, [moved for moved, _ in opened], [kernel(F) for _, F in opened])
     proved = []
     for margin in MARGINS:
-        squared = storage.squared * (1 + margin) ** 2
+        squared = storage.delta * (1 + margin) ** 2
         gains = central_gains(walks, storage, squared)
         closed = [walks.moved(i, gain) for i, gain in enumerate(gains)]
         try:
