@@ -72,30 +72,12 @@ NAMES = {"states": "n", "inputs": "u", "measurements": "q", "outputs": "z"}
 """Lists of the table [names], and the letter that says how many there are."""
 
 
-@dataclass(frozen=True)
-class Option:
-    """`--name METAVAR`, passed on to the design under its name; read: its value from the word that was given."""
-
-    name: str
-    read: Callable[[str], Any]
-    help: str
-    metavar: str | None = None
-    required: bool = False
-    choices: Sequence[str] | None = None
-
-    @classmethod
-    def of(
-        cls, name: str, *, read: str = "word", most: int = 0, several: bool = False, two: bool = False, **settings: Any
-    ) -> Self:
-        """From a row of `methods.toml`."""
-        reader = partial(whole, most=most) if most else READERS[read]
-        every = partial(listed, reader=reader, two=two) if several or two else reader
-        return cls(name, every, **settings)
-
-    def add(self, parser: argparse.ArgumentParser) -> None:
-        """Add the option to a parser."""
-        settings = {key: value for key, value in vars(self).items() if key not in ("name", "read")}
-        parser.add_argument(f"--{self.name}", type=self.read, **settings)
+def argument(
+    *, read: str = "word", most: int = 0, several: bool = False, two: bool = False, **settings: Any
+) -> dict[str, Any]:
+    """What `ArgumentParser.add_argument` takes, from a row of `methods.toml`."""
+    reader = partial(whole, most=most) if most else READERS[read]
+    return {"type": partial(listed, reader=reader, two=two) if several or two else reader, **settings}
 
 
 def listed(text: str, reader: Callable[[str], T], two: bool = False) -> list[T]:
@@ -223,12 +205,15 @@ def _plain(argument: Any) -> Any:
 
 @dataclass(frozen=True)
 class Method:
-    """Keys of the plant file, options of the command line; design: called with the values of both, by name."""
+    """Keys of the plant file; options of the command line by name, each with the settings of its argument.
+
+    design: called with the values of both, by name.
+    """
 
     name: str
     summary: str
     fields: tuple[Field, ...]
-    options: tuple[Option, ...]
+    options: Mapping[str, Mapping[str, Any]]
     design: Callable[..., GainResult]
 
     def described(self) -> str:
@@ -357,7 +342,7 @@ METHODS: Mapping[str, Method] = {
         name,
         TABLES[name]["summary"],
         tuple(Field.of(key, **row) for key, row in TABLES[name]["fields"].items()),
-        tuple(Option.of(key, **row) for key, row in TABLES[name]["options"].items()),
+        {key: argument(**row) for key, row in TABLES[name]["options"].items()},
         design,
     )
     for name, design in DESIGNS.items()

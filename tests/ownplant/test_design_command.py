@@ -307,9 +307,8 @@ def test_help_of_a_method_lists_the_keys_of_its_file(method: str, capsys: pytest
     text = capsys.readouterr().out
     assert "keys of the plant file:" in text and "exit codes:" in text
     assert all(f"  {field.name} " in text for field in METHODS[method].fields)
-    assert all(
-        f"--{option.name} " in text and option.help in " ".join(text.split()) for option in METHODS[method].options
-    )
+    options, words = METHODS[method].options.items(), " ".join(text.split())
+    assert all(f"--{name} " in text and settings["help"] in words for name, settings in options)
 
 
 def test_the_best_timing_is_searched_on_every_core(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
