@@ -30,7 +30,7 @@ from replication.estimation.dualrate.observers import (
     sampled_model,
 )
 from replication.estimation.dualrate.problem import DualRateDesign, Plant, as_plant, row_of_output
-from replication.estimation.linear.periodic import PeriodicSystem, Stage, lifted_statespace
+from replication.estimation.linear.periodic import PeriodicSystem, Stage
 from replication.estimation.linear.riccati import gramians
 from replication.estimation.validation import Array, ComplexArray, StateSpace, finite_vector, one_of, positive_integer
 
@@ -193,7 +193,9 @@ def noise_system(loop: DualRateLoop, weight: float = 1.0) -> PeriodicSystem:
 
 def lifted_system(loop: DualRateLoop) -> StateSpace:
     """`noise_system` over one slow period, dt = M T: inputs the sensor noises, outputs those of all M phases."""
-    return lifted_statespace(noise_system(loop), dt=loop.design.period)
+    import control
+
+    return control.StateSpace(*noise_system(loop).lift(), loop.design.slow_period)
 
 
 def noise_gain(loop: DualRateLoop) -> float:
