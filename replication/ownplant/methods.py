@@ -72,20 +72,15 @@ NAMES = {"states": "n", "inputs": "u", "measurements": "q", "outputs": "z"}
 """Lists of the table [names], and the letter that says how many there are."""
 
 
-def argument(
-    *, read: str = "word", most: int = 0, several: bool = False, two: bool = False, **settings: Any
-) -> dict[str, Any]:
+def argument(*, read: str = "word", most: int = 0, several: bool = False, **settings: Any) -> dict[str, Any]:
     """What `ArgumentParser.add_argument` takes, from a row of `methods.toml`."""
     reader = partial(whole, most=most) if most else READERS[read]
-    return {"type": partial(listed, reader=reader, two=two) if several or two else reader, **settings}
+    return {"type": partial(listed, reader=reader) if several else reader, **settings}
 
 
-def listed(text: str, reader: Callable[[str], T], two: bool = False) -> list[T]:
-    """Values that commas separate, exactly two of them if asked for."""
-    values = [reader(part.strip()) for part in text.split(",")]
-    if two and len(values) != 2:
-        raise argparse.ArgumentTypeError(f"{text!r} must be two numbers, such as 0.1,0.3")
-    return values
+def listed(text: str, reader: Callable[[str], T]) -> list[T]:
+    """Values that commas separate."""
+    return [reader(part.strip()) for part in text.split(",")]
 
 
 def offsets(text: str) -> list[int] | str:
@@ -259,20 +254,15 @@ def _sampled(values: Values) -> Any:
 
 def _losses(misses: Any, lost: Any, burst: Any, packets: Any) -> Any:
     """The model of losses that the options give; None without one."""
-    together = packets == "together"
     if misses is not None and (lost is not None or burst is not None):
         raise InvalidInputError("give misses, for the worst case, or lost, for the mean error, but not both")
     if burst is not None and lost is None:
         raise InvalidInputError(
             "burst is the probability of a loss after a loss; give lost, that after an arrival, too"
         )
-    if misses is not None:
-        return losses.InARow(misses, together=together)
-    if lost is None:
-        return None
-    if burst is None:
-        return losses.Independent(lost, together=together)
-    return losses.Markov(lost, burst, together=together)
+    model = losses.InARow if misses is not None else losses.Independent if burst is None else losses.Markov
+    given = [part for part in (misses, lost, burst) if part is not None]
+    return model(*given, together=packets == "together") if given else None
 
 
 KNOWN, UNKNOWN = "known", "unknown"
