@@ -278,9 +278,8 @@ def test_usage_is_checked(words: list[str], message: str, capsys: pytest.Capture
     assert message in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("periods", ["0.1", "0.1,0.2,0.3"])
-def test_a_range_of_periods_has_two_ends(periods: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["design", "nonuniform", str(EXAMPLES / "spring.toml"), "--periods", periods]) == 2
+def test_a_range_of_periods_has_two_ends(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["design", "nonuniform", str(EXAMPLES / "spring.toml"), "--periods", "0.1"]) == 2
     assert "periods must be (h_l, h_u) in seconds" in capsys.readouterr().err
 
 
