@@ -24,8 +24,8 @@ def arguments(parser: argparse.ArgumentParser) -> None:
             formatter_class=parser.formatter_class,
         )
         added.add_argument("plant", type=Path, metavar="FILE", help="the plant, a TOML file")
-        for option in method.options:
-            option.add(added)
+        for name, settings in method.options.items():
+            added.add_argument(f"--{name}", **settings)
         added.add_argument("--output", type=Path, metavar="DIR", help="where the design goes (default: ./NAME-METHOD)")
         added.add_argument("--certificate", action="store_true", help="prove the design, and write what proves it")
         added.add_argument("--force", action="store_true", help="replace an earlier design there")
@@ -55,8 +55,7 @@ def design(chosen: argparse.Namespace) -> int:
     directory = chosen.output or Path(f"{plant.name}-{plant.method}")
     certificate = f"{plant.name}-{plant.method}.certificate.json"
     require_free(directory, replace=chosen.force, proof=certificate)
-    options = {option.name: getattr(chosen, option.name) for option in method.options}
-    settings = {name: value for name, value in options.items() if value is not None}
+    settings = {name: value for name in method.options if (value := getattr(chosen, name)) is not None}
     call = _call(chosen, settings)
     # A search that was killed goes on from here.
     timings = directory.with_name(f"{directory.name}.timings")

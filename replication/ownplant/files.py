@@ -38,8 +38,6 @@ NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
 MAX_LABEL = 60
 GENERAL = ("name", "title", "method", "time_unit", "names", "units")
 
-Matrix = list[list[float]]
-
 
 @dataclass(frozen=True)
 class PlantFile:
@@ -139,48 +137,39 @@ def _check_general(table: Mapping[str, Any], method: str, problems: list[str]) -
 
 
 def _value(field: Field, value: Any, problems: list[str]) -> Any:
-    if field.kind is Kind.TIME:
-        return _number(field.name, value, problems, field.kind)
     if field.kind is Kind.WORD:
         if not _is_label(value):
             problems.append(f"{field.name}: must be {Kind.WORD}, got {_shown(value)}")
         return value
+    return _nested(field.name, value, len(_letters(field, value)), field.kind, problems)
+
+
+def _letters(field: Field, value: Any) -> tuple[str, ...]:
+    """Those of the shape that a value has, one for each level of its lists: the first alone of a list of variances."""
     variances = field.kind is Kind.COVARIANCE and isinstance(value, list) and value and not isinstance(value[0], list)
-    if field.kind in (Kind.TIMES, Kind.AGES) or variances:
-        return _numbers(field.name, value, problems, field.kind)
-    if field.kind in (Kind.MATRIX, Kind.COVARIANCE):
-        return _matrix(field.name, value, problems)
-    if not isinstance(value, list):
-        problems.append(f"{field.name}: must be {field.kind}, got {_shown(value)}")
-        return None
-    if not value:
-        problems.append(f"{field.name}: is empty; write {field.kind}")
-    return [_matrix(f"{field.name}[{i}]", matrix, problems) for i, matrix in enumerate(value)]
+    return field.shape[:1] if variances else field.shape
 
 
-def _matrix(where: str, rows: Any, problems: list[str]) -> Matrix | None:
-    if not isinstance(rows, list) or not rows or not all(isinstance(row, list) for row in rows):
-        problems.append(f"{where}: must be {Kind.MATRIX}, got {_shown(rows)}")
+def _nested(where: str, value: Any, depth: int, kind: Kind, problems: list[str]) -> Any:
+    """Numbers in so many lists, one in the other; None for what is no such list, or a matrix with a mistake in it."""
+    if depth == 0:
+        return _number(where, value, problems, kind)
+    matrix = depth == 2
+    whole = isinstance(value, list) and (len(value) > 0 or depth == 1)
+    if not whole or (matrix and not all(isinstance(row, list) for row in value)):
+        wanted = Kind.MATRIX if matrix and kind is Kind.MATRICES else kind
+        problems.append(f"{where}: must be {wanted}, got {_shown(value)}")
         return None
-    entries = sum(len(row) for row in rows)
+    entries = sum(len(row) for row in value) if matrix else len(value)
     if entries > MAX_ENTRIES:
         problems.append(f"{where}: has {entries} entries, more than {MAX_ENTRIES}; pass such arrays to the library")
         return None
-    if len({len(row) for row in rows}) > 1:
-        problems.append(f"{where}: its rows have different lengths, {[len(row) for row in rows][:MAX_SHOWN]}")
+    if matrix and len({len(row) for row in value}) > 1:
+        problems.append(f"{where}: its rows have different lengths, {[len(row) for row in value][:MAX_SHOWN]}")
         return None
     before = len(problems)
-    matrix = [_numbers(f"{where}[{i}]", row, problems, Kind.MATRIX) for i, row in enumerate(rows)]
-    return None if len(problems) > before else matrix
-
-
-def _numbers(where: str, values: Any, problems: list[str], kind: Kind) -> list[float]:
-    if not isinstance(values, list) or len(values) > MAX_ENTRIES:
-        problems.append(
-            f"{where}: must be a list of numbers, such as [0.1, 0.2] (at most {MAX_ENTRIES}), got {_shown(values)}"
-        )
-        return []
-    return [_number(f"{where}[{i}]", entry, problems, kind) for i, entry in enumerate(values)]
+    parts = [_nested(f"{where}[{i}]", part, depth - 1, kind, problems) for i, part in enumerate(value)]
+    return None if matrix and len(problems) > before else parts
 
 
 def _number(where: str, value: Any, problems: list[str], kind: Kind) -> float:
@@ -221,14 +210,13 @@ def _sizes(known: Mapping[str, Field], values: Mapping[str, Any], problems: list
 
 def _shapes(field: Field, value: Any) -> list[tuple[str, tuple[int, ...], tuple[str, ...]]]:
     """(path, sizes, letters) of each part of a value that is whole."""
-    if value is None or field.kind in (Kind.TIME, Kind.WORD):
+    letters = _letters(field, value)
+    if value is None or not letters:
         return []
-    if field.kind in (Kind.TIMES, Kind.AGES) or (field.kind is Kind.COVARIANCE and not isinstance(value[0], list)):
-        return [(field.name, (len(value),), field.shape[:1])]
-    if field.kind in (Kind.MATRIX, Kind.COVARIANCE):
-        return [(field.name, (len(value), len(value[0])), field.shape)]
-    parts = [(f"{field.name}[{i}]", (len(M), len(M[0])), field.shape[1:]) for i, M in enumerate(value) if M]
-    return [(field.name, (len(value),), field.shape[:1]), *parts]
+    if len(letters) < 3:
+        return [(field.name, np.shape(value), letters)]
+    parts = [(f"{field.name}[{i}]", np.shape(matrix), letters[1:]) for i, matrix in enumerate(value) if matrix]
+    return [(field.name, (len(value),), letters[:1]), *parts]
 
 
 def _names(table: Any, sizes: Mapping[str, int], problems: list[str]) -> dict[str, tuple[str, ...]]:

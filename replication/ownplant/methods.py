@@ -72,38 +72,15 @@ NAMES = {"states": "n", "inputs": "u", "measurements": "q", "outputs": "z"}
 """Lists of the table [names], and the letter that says how many there are."""
 
 
-@dataclass(frozen=True)
-class Option:
-    """`--name METAVAR`, passed on to the design under its name; read: its value from the word that was given."""
-
-    name: str
-    read: Callable[[str], Any]
-    help: str
-    metavar: str | None = None
-    required: bool = False
-    choices: Sequence[str] | None = None
-
-    @classmethod
-    def of(
-        cls, name: str, *, read: str = "word", most: int = 0, several: bool = False, two: bool = False, **settings: Any
-    ) -> Self:
-        """From a row of `methods.toml`."""
-        reader = partial(whole, most=most) if most else READERS[read]
-        every = partial(listed, reader=reader, two=two) if several or two else reader
-        return cls(name, every, **settings)
-
-    def add(self, parser: argparse.ArgumentParser) -> None:
-        """Add the option to a parser."""
-        settings = {key: value for key, value in vars(self).items() if key not in ("name", "read")}
-        parser.add_argument(f"--{self.name}", type=self.read, **settings)
+def argument(*, read: str = "word", most: int = 0, several: bool = False, **settings: Any) -> dict[str, Any]:
+    """What `ArgumentParser.add_argument` takes, from a row of `methods.toml`."""
+    reader = partial(whole, most=most) if most else READERS[read]
+    return {"type": partial(listed, reader=reader) if several else reader, **settings}
 
 
-def listed(text: str, reader: Callable[[str], T], two: bool = False) -> list[T]:
-    """Values that commas separate, exactly two of them if asked for."""
-    values = [reader(part.strip()) for part in text.split(",")]
-    if two and len(values) != 2:
-        raise argparse.ArgumentTypeError(f"{text!r} must be two numbers, such as 0.1,0.3")
-    return values
+def listed(text: str, reader: Callable[[str], T]) -> list[T]:
+    """Values that commas separate."""
+    return [reader(part.strip()) for part in text.split(",")]
 
 
 def offsets(text: str) -> list[int] | str:
@@ -223,12 +200,15 @@ def _plain(argument: Any) -> Any:
 
 @dataclass(frozen=True)
 class Method:
-    """Keys of the plant file, options of the command line; design: called with the values of both, by name."""
+    """Keys of the plant file; options of the command line by name, each with the settings of its argument.
+
+    design: called with the values of both, by name.
+    """
 
     name: str
     summary: str
     fields: tuple[Field, ...]
-    options: tuple[Option, ...]
+    options: Mapping[str, Mapping[str, Any]]
     design: Callable[..., GainResult]
 
     def described(self) -> str:
@@ -274,20 +254,15 @@ def _sampled(values: Values) -> Any:
 
 def _losses(misses: Any, lost: Any, burst: Any, packets: Any) -> Any:
     """The model of losses that the options give; None without one."""
-    together = packets == "together"
     if misses is not None and (lost is not None or burst is not None):
         raise InvalidInputError("give misses, for the worst case, or lost, for the mean error, but not both")
     if burst is not None and lost is None:
         raise InvalidInputError(
             "burst is the probability of a loss after a loss; give lost, that after an arrival, too"
         )
-    if misses is not None:
-        return losses.InARow(misses, together=together)
-    if lost is None:
-        return None
-    if burst is None:
-        return losses.Independent(lost, together=together)
-    return losses.Markov(lost, burst, together=together)
+    model = losses.InARow if misses is not None else losses.Independent if burst is None else losses.Markov
+    given = [part for part in (misses, lost, burst) if part is not None]
+    return model(*given, together=packets == "together") if given else None
 
 
 KNOWN, UNKNOWN = "known", "unknown"
@@ -357,7 +332,7 @@ METHODS: Mapping[str, Method] = {
         name,
         TABLES[name]["summary"],
         tuple(Field.of(key, **row) for key, row in TABLES[name]["fields"].items()),
-        tuple(Option.of(key, **row) for key, row in TABLES[name]["options"].items()),
+        {key: argument(**row) for key, row in TABLES[name]["options"].items()},
         design,
     )
     for name, design in DESIGNS.items()

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import importlib
 import json
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import fields, is_dataclass
 from inspect import signature
 from pathlib import Path
@@ -47,27 +47,26 @@ def decoded(value: Any) -> Any:
     return record(**{name: decoded(part) for name, part in value["fields"].items()})
 
 
-def arrays_in(value: Any, name: str = "") -> dict[str, Array]:
-    """All arrays of a plain value that are not empty, by field, with a number where there are several of one."""
-    if isinstance(value, dict) and "array" in value:
-        array = decoded(value)
-        return {name: array} if array.size else {}
-    if isinstance(value, list):
-        several = len(value) > 1
-        parts = [(f"{name}_{i}" if several else name, part) for i, part in enumerate(value, start=1)]
-    elif isinstance(value, dict) and "record" in value:
-        # A list of records, the phases say, gives its numbers to the fields.
-        number = name[name.rindex("_") :] if name[-1:].isdigit() and "_" in name else ""
-        parts = [(f"{field}{number}", part) for field, part in value["fields"].items()]
-    elif isinstance(value, dict):
-        parts = list(value.items())
-    else:
-        return {}
+def arrays_in(arguments: dict[str, Any]) -> dict[str, Array]:
+    """All arrays of plain arguments that are not empty, by field; where one is taken, by that of its record before."""
     arrays: dict[str, Array] = {}
-    for label, part in parts:
-        for key, array in arrays_in(part, label).items():
-            arrays[key if key not in arrays else f"{label}_{key}"] = array
+    for argument, value in arguments.items():
+        for holder, name, array in _arrays(value, argument, argument):
+            arrays[name if name not in arrays else f"{holder}_{name}"] = array
     return arrays
+
+
+def _arrays(value: Any, holder: str, field: str, number: str = "") -> Iterator[tuple[str, str, Array]]:
+    """Each with the field of its record, and its own with the number of the entry where there are several."""
+    if isinstance(value, list):
+        for i, part in enumerate(value, start=1):
+            yield from _arrays(part, holder, field, f"{number}_{i}" if len(value) > 1 else number)
+    elif isinstance(value, dict) and "array" in value:
+        if (array := decoded(value)).size:
+            yield holder, f"{field}{number}", array
+    elif isinstance(value, dict):
+        for name, part in value.get("fields", {}).items():
+            yield from _arrays(part, field, name, number)
 
 
 def _plain(value: Any) -> Any:

@@ -25,7 +25,7 @@ from replication.errors import InvalidInputError
 from replication.estimation.api.export import Phase, Recursion
 from replication.estimation.api.plants import Signals, each_instant
 from replication.estimation.api.portable import NOT_GIVEN, Portable
-from replication.estimation.linear.periodic import PeriodicSystem, Stage, lifted_statespace
+from replication.estimation.linear.periodic import Stage, lifted
 from replication.estimation.validation import Array, StateSpace, as_array, positive_scalar
 
 MOST_STATES = 2000
@@ -39,13 +39,8 @@ def statespace(phases: Sequence[Phase], signals: Signals | None) -> StateSpace:
         drive = np.hstack([phase.input, phase.injection * phase.due])
         direct = np.zeros((len(phase.readout), drive.shape[1]))
         stages.append(Stage(phase.transition, drive, phase.readout, direct))
-    dt = None if signals is None else signals.dt
-    system = lifted_statespace(PeriodicSystem(tuple(stages)), dt=1.0 if dt is None else dt)
-    if dt is None:
-        system.dt = True
-    if signals is not None:
-        _name(system, signals, len(phases))
-    return system
+    dt = signals.dt if signals else None
+    return _system(lifted(stages), True if dt is None else dt * len(phases), signals, len(phases))
 
 
 def require_small(states: int) -> None:
@@ -58,22 +53,23 @@ def require_small(states: int) -> None:
 
 def single(following: Array, estimate: Array, dt: float, signals: Signals | None) -> StateSpace:
     """One step of `dt`: rows of the following state and of x^, columns of the state and of (u, y)."""
+    n = len(following)
+    return _system(Stage(following[:, :n], following[:, n:], estimate[:, :n], estimate[:, n:]), dt, signals, 1)
+
+
+def _system(whole: Stage, dt: float, signals: Signals | None, count: int) -> StateSpace:
+    """With the names of inputs, measurements and estimates, `@k` for instant k of several."""
     import control
 
-    n = len(following)
-    system = control.StateSpace(following[:, :n], following[:, n:], estimate[:, :n], estimate[:, n:], dt)
-    if signals is not None:
-        _name(system, signals, 1)
-    return system
-
-
-def _name(system: StateSpace, signals: Signals, count: int) -> None:
-    """Names of inputs, measurements and estimates, `@k` for instant k of several."""
+    system = control.StateSpace(*whole, dt)
+    if signals is None:
+        return system
     inputs = [*signals.inputs, *signals.measurements]
     outputs = [f"estimate of {name}" for name in signals.states[: system.noutputs // count]]
     system.set_inputs(each_instant(inputs, count) if count > 1 else inputs)
     if len(outputs) * count == system.noutputs:  # a controller's outputs are more than the states
         system.set_outputs(each_instant(outputs, count) if count > 1 else outputs)
+    return system
 
 
 Mask = NDArray[np.bool_]

@@ -1,4 +1,4 @@
-"""What all results offer: text, a rich table, HTML, plain values, a plot; simulations and trade-offs.
+"""What all results offer: text, HTML, plain values, a plot; simulations and trade-offs.
 
 The central solution at a level is the one of least entropy, a bound of the mean square; at an infinite level it is that
 of the Kalman filter. Source: Mustafa and Glover, Minimum Entropy H-infinity Control (1990).
@@ -22,8 +22,6 @@ from replication.errors import InvalidInputError
 from replication.estimation.validation import Array, FrozenArrays, at_most, one_of, positive_scalar
 
 if TYPE_CHECKING:
-    from rich.table import Table
-
     from replication.drawing.panels import Figure
 
 
@@ -82,18 +80,6 @@ class Shown(ABC):
     def __repr__(self) -> str:
         what, value, _ = self.rows()[0]
         return f"<{type(self).__name__}: {what} {value}>"
-
-    def __rich__(self) -> Table:
-        from rich import box
-        from rich.table import Table
-        from rich.text import Text
-
-        table = Table(box=box.SIMPLE)
-        for heading in HEADINGS:
-            table.add_column(heading)
-        for row in self.rows():
-            table.add_row(*(Text(cell) for cell in row))
-        return table
 
     def _repr_html_(self) -> str:
         """The table in a notebook; everything is escaped."""
@@ -206,9 +192,6 @@ def simulated(
     """What a method's `simulate` hands over: by name `signals` (M, k), with columns, over `time` (M,) in seconds."""
     arrays = FrozenArrays({name: signal for name, (signal, _) in signals.items()})
     columns = {name: tuple(names) for name, (_, names) in signals.items()}
-    for name, array in arrays.items():
-        if array.shape[1] != len(columns[name]):
-            raise ValueError(f"{name} has {array.shape[1]} columns, named are {columns[name]}")
     return Simulation(method=method, time=time, signals=arrays, columns=columns, ratio=ratio, steps=steps)
 
 

@@ -25,7 +25,7 @@ from replication.estimation.dualrate.loop import (
 )
 from replication.estimation.dualrate.observers import OBSERVERS, sampled_model
 from replication.estimation.dualrate.problem import Plant, Steady, solved
-from replication.estimation.linear.periodic import PeriodicSystem, lifted_statespace
+from replication.estimation.linear.periodic import PeriodicSystem
 from replication.estimation.validation import Array, StateSpace, as_matrix
 
 SEMIDEFINITE = 1e-12
@@ -191,8 +191,10 @@ class DualRateResult(Design):
 
     def to_statespace(self) -> StateSpace:
         """The closed loop over a slow period M T, from the sensor noises to the plant outputs; `@k` for instant k."""
-        lifted, ratio = lifted_statespace(noise_system(self.loop), dt=self.loop.design.period), self.loop.design.ratio
-        noise = self.disturbances()
-        lifted.set_inputs(list(noise) if lifted.ninputs == len(noise) else each_instant(noise, ratio))
-        lifted.set_outputs(each_instant(self.signals.measurements, ratio))
+        import control
+
+        problem, noise = self.loop.design, self.disturbances()
+        lifted = control.StateSpace(*noise_system(self.loop).lift(), problem.slow_period)
+        lifted.set_inputs(list(noise) if lifted.ninputs == len(noise) else each_instant(noise, problem.ratio))
+        lifted.set_outputs(each_instant(self.signals.measurements, problem.ratio))
         return lifted

@@ -13,7 +13,7 @@ import numpy as np
 import scipy
 
 from replication.errors import InvalidInputError, SolverError
-from replication.estimation.validation import Array, ComplexArray, StateSpace, as_array, as_matrix, positive_scalar
+from replication.estimation.validation import Array, ComplexArray, as_array, as_matrix
 
 
 class Stage(NamedTuple):
@@ -69,7 +69,7 @@ class PeriodicSystem:
         return float(np.max(np.abs(np.linalg.eigvals(self.monodromy()))))
 
     def lift(self) -> Stage:
-        """The time-invariant system over one period: inputs and outputs of all phases stacked, same induced norm."""
+        """The time-invariant system from phase 0 over one period: inputs and outputs stacked, same induced norm."""
         return lifted(self.stages)
 
 
@@ -115,18 +115,6 @@ def frequency_response(system: Stage, angle: float | Array) -> ComplexArray:
     """C (e^{j angle} I - A)^-1 B + D of a time-invariant system; angle in radians per sample, or many in a stack."""
     z = np.exp(1j * np.asarray(angle))[..., None, None]
     return np.asarray(system.C @ np.linalg.solve(z * np.eye(len(system.A)) - system.A, system.B) + system.D)
-
-
-def lifted_statespace(system: PeriodicSystem, *, dt: float = 1.0) -> StateSpace:
-    """The time-invariant system over one period, from the inputs of all N phases, stacked, to their outputs.
-
-    dt: the base period in seconds; the sampling period of the result is N dt. The state is that at phase 0. Its
-    H-infinity norm is the l2-induced norm of `system` (an error system, say, or an observer).
-    """
-    import control
-
-    A, B, C, D = system.lift()
-    return control.StateSpace(A, B, C, D, positive_scalar("dt", dt, unit="seconds") * system.period)
 
 
 def simulate(system: PeriodicSystem, inputs: Array, initial_state: Array | None = None) -> Array:

@@ -137,12 +137,12 @@ class Likelihood:
 
     @cached_property
     def _in_time(self) -> Series:
-        return self.form.along(self.log, self.latency(self.guess[self.free]), self.start)
+        return Series(self.form, self.log, self.latency(self.guess[self.free]), self.start)
 
     def __call__(self, theta: Array) -> tuple[float, Array, Array]:
         """-ln L, its gradient (p,), and Fisher's information (p, p)."""
         noise = self.noise(theta)
-        moved = noise.late and self.form.along(self.log, self.latency(theta), self.start)
+        moved = noise.late and Series(self.form, self.log, self.latency(theta), self.start)
         return likelihood((moved or self._in_time).run(noise))
 
 

@@ -22,7 +22,7 @@ from replication.estimation.api.shown import Shown, as_csv, as_text
 from replication.estimation.nonuniform.stamped.extended import ExtendedFilter, ExtendedKalman, extended
 from replication.estimation.nonuniform.stamped.kalman import Estimate, Instant
 from replication.estimation.recorded.log import Log, by_sensor, read_log
-from replication.estimation.recorded.series import Form, Parameters, Run, of_observer, whitened
+from replication.estimation.recorded.series import Form, Parameters, Run, Series, of_observer, whitened
 from replication.estimation.validation import Array, as_array
 
 LAGS, PROBABILITY, BANDED = 10, 0.95, "95 % band"
@@ -192,7 +192,7 @@ def replayed(form: Form, log: Log, noise: Parameters, latency: Array, start: Any
     """The verdicts on a form over its log."""
     if np.any(~np.isnan(latency)) and form.dt is not None:
         raise InvalidInputError("latencies belong to filters with time stamps; a multi-rate plant has latency=")
-    series = form.along(log, latency, start)
+    series = Series(form, log, latency, start)
     return judged(series.log, form.sensors, form.expected(len(series.log.t)), series.run(noise), form.under_way)
 
 

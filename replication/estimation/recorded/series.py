@@ -107,50 +107,34 @@ class Form:
         phases = np.ones((1, len(self.C)), dtype=bool) if self.due is None else self.due
         return phases[np.arange(rows) % len(phases)]
 
-    def along(self, log: Log, latency: Array, start: Any) -> Series:
-        """The filter over a log whose samples are as late as `latency` (q,) says, NaN where they are not.
 
-        start (n - under_way,): x^(0), zero if None, as are samples under way. Raises InvalidInputError for another.
-        """
-        x, n = np.zeros(len(self.P0)), len(self.P0) - self.under_way
-        if start is not None:
-            x[:n] = as_array("start", start, (n,))
-        taken, owner = log.taken(latency)
-        moves, N = self.moves(taken), len(taken.t)
-        due = np.ones(taken.y.shape, dtype=bool)
-        if self.gains is not None:  # a filter that follows its covariance takes a sample off its schedule
-            due &= self.expected(N)
-        drive = np.einsum("knm,km->kn", moves.Gamma[moves.which], taken.u)
-        sooner = -(owner[:, None] == np.arange(len(self.C))).astype(float)
-        longer = np.diff(sooner, axis=0, append=sooner[-1:])
-        return Series(self, taken, moves, due, taken.u @ self.D_u.T, drive, longer, x)
-
-
-@dataclass(frozen=True, eq=False)
 class Series:
-    """A form along a log.
+    """A form along a log whose samples are as late as `latency` (q,) says, NaN where they are not.
 
-    due (N, q): numbers that may be used; known (N, q): effect of the inputs on the measurements; drive (N, n): effect
-    of the inputs over the step that follows each row; longer (N, q): by how much that step becomes longer with the
-    latency of each sensor; start (n,): the first x.
+    start (n - under_way,): x^(0), zero if None, as are samples under way. Raises InvalidInputError for another.
     """
 
-    form: Form
-    log: Log
-    moves: Moves
-    due: NDArray[np.bool_]
-    known: Array
-    drive: Array
-    longer: Array
-    start: Array
+    def __init__(self, form: Form, log: Log, latency: Array, start: Any) -> None:
+        n = len(form.P0) - form.under_way
+        self.form, self.start = form, np.zeros(len(form.P0))
+        if start is not None:
+            self.start[:n] = as_array("start", start, (n,))
+        self.log, owner = log.taken(latency)
+        self.moves = moves = form.moves(self.log)
+        # A filter that follows its covariance takes a sample off its schedule.
+        self.due = ~np.isnan(self.log.y) & (form.gains is None or form.expected(len(owner)))
+        # What the inputs do to the measurements, and over the step that follows each row.
+        self.known, self.drive = self.log.u @ form.D_u.T, np.einsum("knm,km->kn", moves.Gamma[moves.which], self.log.u)
+        # By how much that step becomes longer with the latency of each sensor.
+        sooner = -(owner[:, None] == np.arange(len(form.C))).astype(float)
+        self.longer = np.diff(sooner, axis=0, append=sooner[-1:])
 
     def run(self, parameters: Parameters) -> Run:
         """Along the whole log."""
         form, log, (Phi, _, noise, which), p = self.form, self.log, self.moves, len(parameters.R) - 1
         (N, q), n = log.y.shape, len(self.start)
-        due = self.due & ~np.isnan(log.y)
-        used = due.copy()
-        y = np.where(due, log.y - self.known - parameters.bias[0], 0.0)
+        used = self.due.copy()
+        y = np.where(used, log.y - self.known - parameters.bias[0], 0.0)
         spread = np.einsum("ps,usij->upij", parameters.v, noise)
         X, P = np.zeros((p + 1, n)), np.zeros((p + 1, n, n))
         X[0], P[0] = self.start, form.P0
@@ -184,7 +168,7 @@ class Series:
             P = now.following
             if parameters.late:
                 P = self._moved(k, X, P, parameters)
-        return run._replace(gated=int(np.sum(due & ~used)))
+        return run._replace(gated=int(np.sum(self.due & ~used)))
 
     def _moved(self, k: int, X: Array, P: Array, parameters: Parameters) -> Array:
         """The derivatives after a step that becomes longer with a latency."""

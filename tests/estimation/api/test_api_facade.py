@@ -9,6 +9,7 @@ import pickle
 import re
 from dataclasses import replace
 from decimal import Decimal
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -93,17 +94,13 @@ def test_a_header_needs_an_identifier(name: str) -> None:
 
 
 @pytest.mark.parametrize("method", CASES)
-def test_text_table_and_html_show_the_same_rows(method: str) -> None:
-    from rich.console import Console
-
+def test_text_and_html_show_the_same_rows(method: str) -> None:
     result = result_of(method)
-    console = Console(width=400, file=io.StringIO(), record=True)
-    console.print(result)
-    table, page = console.export_text(), result._repr_html_()
+    page = result._repr_html_()
     assert page.count("<tr>") == len(result.rows()) + 1
     for what, value, how in result.rows():
-        assert f"{what}: {value}" in str(result)
-        assert what in table and value in table and how in table
+        assert f"{what}: {value}" in str(result) and how in str(result)
+        assert all(f">{escape(cell)}<" in page for cell in (what, value, how))
     assert repr(result).startswith(f"<{type(result).__name__}: guaranteed level ")
 
 

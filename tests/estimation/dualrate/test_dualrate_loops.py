@@ -36,7 +36,6 @@ from replication.estimation.dualrate.loop import (
 )
 from replication.estimation.dualrate.observers import OBSERVERS, Harmonic, sampled_model
 from replication.estimation.dualrate.problem import dual_rate_design, make_plant
-from replication.estimation.linear.periodic import lifted_statespace
 from replication.estimation.validation import ComplexArray
 
 ROUND_OFF = 1e-9
@@ -100,8 +99,7 @@ def test_a_stale_measurement_disturbs_a_perfect_estimate(name: str, discrete_gai
 def test_lifted_system_carries_the_same_noise() -> None:
     """Energy of its impulse response per output: the variances at the phases, the largest of which is the gain."""
     loop = close_loop(MOTOR_DESIGN, OBSERVERS["running_prediction"])
-    system = lifted_statespace(noise_system(loop), dt=MOTOR_DESIGN.period)
-    assert system.dt == MOTOR_DESIGN.slow_period
+    system = noise_system(loop).lift()
     np.testing.assert_array_equal(system.A, monodromy(loop))
     energy = np.sum(system.D**2, axis=1)
     power = system.B

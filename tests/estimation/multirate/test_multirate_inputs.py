@@ -18,7 +18,7 @@ from papers.okajima2023.method import lmi
 from replication.errors import InvalidInputError
 from replication.estimation import multirate
 from replication.estimation.linear.norms import l2_gain, worst_case_response
-from replication.estimation.linear.periodic import PeriodicSystem, Stage, lifted_statespace, simulate
+from replication.estimation.linear.periodic import PeriodicSystem, Stage, simulate
 from replication.estimation.multirate import kalman, optimum
 from replication.estimation.multirate.latency import ContinuousPlant
 from replication.estimation.multirate.optimum import kalman_design, riccati_design, search_timing
@@ -145,7 +145,6 @@ REFUSED: list[tuple[str, Callable[[], Any]]] = [
     ("give the sensor noise once", lambda: ContinuousPlant(**CONTINUOUS)),
     ("give the sensor noise once", lambda: ContinuousPlant(**CONTINUOUS, D=[[0.1]], R=[[0.01]])),
     ("from_covariances takes Q, R and S", lambda: multirate.design(covariances(), periods=(1,), Q=[[1.0]])),
-    ("dt must be positive", lambda: lifted_statespace(SYSTEM, dt=0)),
     (r"plant must be a MultiratePlant, got tuple; .*from_statespace", lambda: MultirateProblem((2, 3), ANY)),
     ("schedule must be a SensingSchedule, got NoneType", lambda: MultirateProblem(PAPER, ANY)),
 ]
