@@ -6,7 +6,7 @@ from flint import acb, acb_mat, acb_poly, arb, arb_mat, fmpq, fmpq_mat
 from replication.verify.algebra import linear as balls
 from replication.verify.algebra.linear import block, identity, submatrix, take_rows, zeros
 from replication.verify.algebra.symbolic import IDENTITY, Symbolic, Words, blocks, letter, letters, number, one
-from replication.verify.kernel import Identity, decide
+from replication.verify.kernel import decide, identical
 from replication.verify.theorem import Refused
 
 # Exact linear algebra of the verifier.
@@ -101,12 +101,12 @@ def test_symbols_obey_the_rules_of_numbers() -> None:
 def test_what_is_no_identity_is_refused() -> None:
     a, b, c = symbols("a", 1, 2), symbols("b", 2, 1), symbols("c", 1, 1)
     same = a @ b
-    decide(Identity(same, (same + same) * fmpq(1, 2), ""))
+    decide(identical(same, (same + same) * fmpq(1, 2), ""))
     with pytest.raises(Refused, match="row is no identity"):
-        decide(Identity(a, blocks([[Symbolic(((a.rows[0][0],),)), c]]), "row"))
+        decide(identical(a, blocks([[Symbolic(((a.rows[0][0],),)), c]]), "row"))
     for other in (c, same * 2, same + c):
         with pytest.raises(Refused, match="sum is no identity"):
-            decide(Identity(same, other, "sum"))
+            decide(identical(same, other, "sum"))
 
 
 # Words in letters that do not commute: the rules of algebra, and what equalities make of them.
@@ -146,7 +146,7 @@ def test_blocks_of_letters_multiply_as_matrices() -> None:
     A, B, P = letters("A", "B", "P", symmetric=("P",))
     zero, same = A * 0, IDENTITY
     M = blocks([[A, B], [zero, same]])
-    decide(Identity(M.T, blocks([[A.T, zero], [B.T, same]]), "the transpose"))
-    decide(Identity(M @ M, blocks([[A @ A, A @ B + B], [zero, same]]), "the square"))
-    decide(Identity((M.T @ blocks([[P, zero], [zero, P]]) @ M).T, M.T @ blocks([[P, zero], [zero, P]]) @ M, "a form"))
+    decide(identical(M.T, blocks([[A.T, zero], [B.T, same]]), "the transpose"))
+    decide(identical(M @ M, blocks([[A @ A, A @ B + B], [zero, same]]), "the square"))
+    decide(identical((M.T @ blocks([[P, zero], [zero, P]]) @ M).T, M.T @ blocks([[P, zero], [zero, P]]) @ M, "a form"))
     assert not (A @ B - B @ A).is_zero()

@@ -32,7 +32,7 @@ from replication.verify.delay.sos import (
     read_proof,
     require_level,
 )
-from replication.verify.kernel import AtMost, Below, Nonnegative, decide
+from replication.verify.kernel import at_most, decide, less, semidefinite
 from replication.verify.predicate import Chosen, Says
 from replication.verify.reading import (
     fields,
@@ -179,7 +179,7 @@ def unstable(plant: DelayPlant, left: fmpq, right: fmpq) -> None:
     """
     require(left < right, "witness.left must be below witness.right")
     ends = [characteristic(plant, acb(point)).det().real for point in (left, right)]
-    decide(Below(ends[0] * ends[1], 0, "det M does not change its sign between the two points"))
+    decide(less(ends[0] * ends[1], 0, "det M does not change its sign between the two points"))
 
 
 @statement(
@@ -296,13 +296,13 @@ def _require_functional(
     sos.require_zero(functional.weights, plant, cancelled=True, what="the functional sees what Z cancels")
     supply, without = (_inner(functional.weights.P, sos.supplied(plant, fmpq(gamma))) for gamma in (0, 1))
     level = supply - without
-    decide(Below(0, level, "the functional is not positive on |w|^2 + |v|^2"))
-    decide(AtMost(lower * level, supply, f"the functional gives {below(supply / level)} only"))
+    decide(less(0, level, "the functional is not positive on |w|^2 + |v|^2"))
+    decide(at_most(lower * level, supply, f"the functional gives {below(supply / level)} only"))
     on_cones = {"N": functional.weights, "dV/dt": functional.of_rate(plant)}
     for weight, order, powers in squares:
         for name, weights in on_cones.items():
             gram = _on_squares(weights, plant.late.ncols(), weight, order, powers)
-            decide(Nonnegative(gram, f"the functional on {name} of degree {order}"))
+            decide(semidefinite(gram, f"the functional on {name} of degree {order}"))
 
 
 def _length(W: Form) -> int:

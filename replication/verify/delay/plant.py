@@ -24,7 +24,7 @@ from replication.verify.algebra.linear import (
     zeros,
 )
 from replication.verify.algebra.work import PLACE, bits, spend, spend_elimination
-from replication.verify.kernel import AtMost, Below, Equal, Positive, decide
+from replication.verify.kernel import at_most, decide, definite, equal, less
 from replication.verify.predicate import Says
 from replication.verify.reading import (
     fields,
@@ -103,7 +103,7 @@ def measured_last(plant: DelayPlant, new: fmpq_mat) -> DelayPlant:
     back = new.inv()
     sensor = plant.C2 * back
     require(q <= n, "C2 has more rows than columns")
-    decide(Equal(submatrix(sensor, range(q), range(n - q)), zeros(q, n - q), "C2 is not [0 c] after the change"))
+    decide(equal(submatrix(sensor, range(q), range(n - q)), zeros(q, n - q), "C2 is not [0 c] after the change"))
     require(submatrix(sensor, range(q), range(n - q, n)).det() != 0, "c in C2 = [0 c] has no inverse")
     count = len(plant.delays)
     return replace(
@@ -155,15 +155,15 @@ def require_hidden(plant: DelayPlant, gamma: fmpq, hidden: Hidden, lag: Lag = ex
     C(s) = C10 + sum C1_i lag(s tau_i), and B must have an inverse.
     """
     n, x = plant.states, hidden.state
-    decide(Equal(plant.C2 * x, zeros(plant.C2.nrows(), 1), "witness.state is seen by y: C2 x is not zero"))
+    decide(equal(plant.C2 * x, zeros(plant.C2.nrows(), 1), "witness.state is seen by y: C2 x is not zero"))
     spend_elimination(n, 2 * n, bits(plant.B), "the inverse of B")
     require(plant.B.ncols() == n and plant.B.det() != 0, "B has no inverse, so that no disturbance is known to fit")
     s, state = acb(0, arb(hidden.frequency)), acb_mat(x)
     w = acb_mat(plant.B.inv()) * characteristic(plant, s, lag) * state
     z = (acb_mat(plant.C10) + delayed(plant.late_output, plant, s, lag)) * state
-    decide(Below(0, energy(z), "witness.state does not move z at this frequency"))
+    decide(less(0, energy(z), "witness.state does not move z at this frequency"))
     unreached = f"the gain at this frequency is not proved to reach {below(gamma)}"
-    decide(AtMost(arb(gamma) ** 2 * energy(w), energy(z), unreached))
+    decide(at_most(arb(gamma) ** 2 * energy(w), energy(z), unreached))
 
 
 def characteristic(plant: DelayPlant, s: acb, lag: Lag = exponential) -> acb_mat:
@@ -222,7 +222,7 @@ def pade_upper(plant: DelayPlant, order: int, upper: fmpq, change: fmpq_mat, sec
     A, B, C = model(plant, section)
     size, n, q = A.nrows(), plant.states, plant.C2.nrows()
     require(P.nrows() == size, f"witness.P must have {size} rows, got {P.nrows()}")
-    decide(Positive(P, "witness.P"))
+    decide(definite(P, "witness.P"))
     indices = [*range(n - q), *range(n, size)]
     drift = P * A
     corner = submatrix(drift + drift.transpose(), indices, indices)
@@ -236,7 +236,7 @@ def pade_upper(plant: DelayPlant, order: int, upper: fmpq, change: fmpq_mat, sec
             [output, zeros(p, r), identity(p) * -upper],
         ]
     )
-    decide(Positive(-inequality, f"minus LMI (3) on the kernel of the measurement, level {above(upper)},"))
+    decide(definite(-inequality, f"minus LMI (3) on the kernel of the measurement, level {above(upper)},"))
 
 
 @on_plant(
@@ -262,11 +262,11 @@ def read_section(value: Any, path: str, order: int) -> Section:
     mirrored = fmpq_poly([coefficient * (-1) ** k for k, coefficient in enumerate(q.coeffs())])
     leading = q.coeffs()[-1]
     decide(
-        Equal(characteristic_polynomial(a) * leading, q, f"the poles of {path} are not those of the Pade approximant")
+        equal(characteristic_polynomial(a) * leading, q, f"the poles of {path} are not those of the Pade approximant")
     )
     # c (s - a)^-1 b + d = (det(s - a + b c) - det(s - a)) / det(s - a) + d
     numerator = characteristic_polynomial(a - b * c) + characteristic_polynomial(a) * (d - 1)
-    decide(Equal(numerator * leading, mirrored, f"the numerator of {path} is not that of the Pade approximant"))
+    decide(equal(numerator * leading, mirrored, f"the numerator of {path} is not that of the Pade approximant"))
     return a, b, c, d
 
 

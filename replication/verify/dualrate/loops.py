@@ -19,7 +19,7 @@ from replication.verify.dualrate.loop import (
     read_loop,
 )
 from replication.verify.dualrate.response import require_position_form, steady_start
-from replication.verify.kernel import Below, Equal, Hurwitz, Within, decide
+from replication.verify.kernel import decide, equal, hurwitz, less, within
 from replication.verify.predicate import NO_READING, Says
 from replication.verify.reading import fields, integer, matrix, one_of, positive, rational, sequence, several, sized
 from replication.verify.statement import BOTH, Depends, statement
@@ -59,8 +59,8 @@ def radius(plant: Loop, observer: Observer, lower: fmpq, upper: fmpq, root: acb)
     spectral radius {lower:down} to {upper:up}.
     """
     modulus = abs(eigenvalue_near(plant, observer, root))
-    decide(Below(lower, modulus, f"the eigenvalue is not proved to be at least {below(lower)} in modulus"))
-    decide(Within(monodromy(plant, observer), "the eigenvalues of Φ", upper))
+    decide(less(lower, modulus, f"the eigenvalue is not proved to be at least {below(lower)} in modulus"))
+    decide(within(monodromy(plant, observer), "the eigenvalues of Φ", upper))
 
 
 @on_loop(
@@ -74,8 +74,8 @@ def stable(plant: Loop, observer: Observer, radius: fmpq) -> None:
     """Without a reference {observer.words}< of the plant {plant.name}|> ({plant.data}, T = {plant.T} s) is stable: its
     spectral radius over one slow period is below {radius:up}.
     """
-    decide(Below(radius, 1, f"witness.radius must be below one, got {radius}"))
-    decide(Within(monodromy(plant, observer), "the eigenvalues of Φ", radius))
+    decide(less(radius, 1, f"witness.radius must be below one, got {radius}"))
+    decide(within(monodromy(plant, observer), "the eigenvalues of Φ", radius))
 
 
 def read_starts(value: Any, path: str, loop: Loop) -> dict[str, list[fmpq]]:
@@ -114,7 +114,7 @@ def no_bounded_error(
     """
     require_position_form(plant)
     root = eigenvalue_near(plant, observer, root)
-    decide(Below(1, abs(root), "the eigenvalue is not proved to lie outside the unit circle"))
+    decide(less(1, abs(root), "the eigenvalue is not proved to lie outside the unit circle"))
     for name, estimate in starts.items():
         c = excitation(plant, observer, frequency, root, [*plant.start.entries(), *estimate])
         require(not c.contains(0), f"the eigenvalue is not proved to be excited and seen from {name}")
@@ -198,19 +198,19 @@ def coordinates(plant: Motor) -> None:
     R, Psi, Lq, p, Bw, J, KT = (plant.given[name] for name in PARAMETERS)
     N = fmpq_mat([[-R / Lq, -p * Psi / Lq, 0], [KT / J, -Bw / J, 0], [0, 1, 0]])
     S = fmpq_mat([[0, 0, 1], [0, 1, 0], [KT / J, -Bw / J, 0]])
-    decide(Equal(S * N, plant.A * S, "A is not that of (23) in these coordinates"))
-    decide(Equal(S * fmpq_mat([[1 / Lq], [0], [0]]), plant.B, "B is not that of (23) in these coordinates"))
-    decide(Equal((plant.C * S).entries(), [0, 0, 1], "C does not read the position"))
+    decide(equal(S * N, plant.A * S, "A is not that of (23) in these coordinates"))
+    decide(equal(S * fmpq_mat([[1 / Lq], [0], [0]]), plant.B, "B is not that of (23) in these coordinates"))
+    decide(equal((plant.C * S).entries(), [0, 0, 1], "C does not read the position"))
 
 
 @on_loop("dualrate.hurwitz", parameters={"matrix": sized(one_of, ("feedback", "observer"))}, holds=True, says="Hurwitz")
-def hurwitz(plant: Loop, matrix: str) -> Found:
+def matrix_is_hurwitz(plant: Loop, matrix: str) -> Found:
     """<For the plant {plant.name}, {name}|{name}> is Hurwitz: the Hurwitz determinants of its characteristic polynomial
     are positive.
     """
     feedback = matrix == "feedback"
     name, M = ("A + B K", plant.A + plant.B * plant.K) if feedback else ("A − L C", plant.guided)
-    decide(Hurwitz(M, name))
+    decide(hurwitz(M, name))
     return Found(words={"name": name})
 
 

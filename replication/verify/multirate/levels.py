@@ -13,7 +13,7 @@ from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, product, submatrix
 from replication.verify.algebra.work import PLACE, spend
-from replication.verify.kernel import AtMost, Positive, decide
+from replication.verify.kernel import at_most, decide, definite
 from replication.verify.multirate.sensing import (
     CHOSEN,
     PERIOD,
@@ -133,7 +133,7 @@ def require_theorem_2(system: Sensing, P: list[fmpq_mat], Y: list[fmpq_mat], lev
     for k in range(system.phases):
         driven, output = system.open_loop(k)
         whole = matrix_30(system, P, k, product(P[k], driven) - system.acting(k, Y[k]) * output, level)
-        decide(Positive(whole, f"the matrix (30) of Theorem 2 at phase {k}"))
+        decide(definite(whole, f"the matrix (30) of Theorem 2 at phase {k}"))
 
 
 def matrix_30(system: Sensing, P: Sequence[fmpq_mat], phase: int, step: fmpq_mat, level: fmpq) -> fmpq_mat:
@@ -144,12 +144,12 @@ def matrix_30(system: Sensing, P: Sequence[fmpq_mat], phase: int, step: fmpq_mat
 def require_bracket(lower: fmpq, upper: fmpq, relative: fmpq) -> None:
     """Refuse bounds that are farther apart than the theorem that is wanted allows."""
     for less, more in ((lower, upper), (upper, lower * (1 + relative))):
-        decide(AtMost(less, more, f"the bounds are not within the relative width {relative}"))
+        decide(at_most(less, more, f"the bounds are not within the relative width {relative}"))
 
 
 def require_lower(lower: fmpq, squared: fmpq) -> None:
     """Refuse unless the square of a proved ratio is not below that of the bound."""
-    decide(AtMost(lower**2, squared, "the disturbance of the witness does not reach the lower bound"))
+    decide(at_most(lower**2, squared, "the disturbance of the witness does not reach the lower bound"))
 
 
 # Levels compared: where shorter periods have the larger optimum, and what Theorem 1 loses with one matrix.
@@ -228,13 +228,13 @@ def one_matrix(plant: Sensing, lower: fmpq, Z: Matrices, **_: Any) -> None:
     n, steps = plant.order, plant.error_system(plant.gains)
     gained, states, noises = fmpq_mat(n, n), fmpq(0), fmpq(0)
     for k, (step, Z_k) in enumerate(zip(steps, Z, strict=True)):
-        decide(Positive(Z_k, f"Z_{k}"))
+        decide(definite(Z_k, f"Z_{k}"))
         before = submatrix(Z_k, range(n), range(n))
         gained += product(step, product(Z_k, step.transpose())) - before
         weighed = product(plant.W, product(before, plant.W.transpose()))
         states += sum((weighed[i, i] for i in range(weighed.nrows())), fmpq(0))
         noises += sum((Z_k[i, i] for i in range(n, Z_k.nrows())), fmpq(0))
-    decide(Positive(gained, "what the states gain in a step by all Z_k"))
+    decide(definite(gained, "what the states gain in a step by all Z_k"))
     require_lower(lower, states / noises)
 
 
@@ -364,7 +364,7 @@ def require_storage(
     for number, case in enumerate(plant.cases):
         cases_of.setdefault(case.before, []).append(number)
     for i, node in enumerate(at):
-        decide(Positive(P[i], f"P_{i}"))
+        decide(definite(P[i], f"P_{i}"))
         leaving = cases_of.get(node, [])
         require(len(leaving) == len(to[i]), f"witness.to[{i}] needs an entry for each case of node {node}")
         for number, target in zip(leaving, to[i], strict=True):

@@ -11,7 +11,7 @@ from typing import Any
 from flint import acb, fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify.algebra.linear import characteristic_polynomial, ends, identity, roots
-from replication.verify.kernel import Within, decide, holds
+from replication.verify.kernel import decide, holds, within
 from replication.verify.multirate.levels import require_theorem_2
 from replication.verify.multirate.sensing import TIMES, monodromy, schedule, select, without_noise
 from replication.verify.predicate import Says
@@ -107,7 +107,7 @@ def free_setting(plant: Plant, periods: list[int], offsets: list[int], A: fmpq_m
     """
     _stated_poles(plant, A)
     C = matrix(plant["C"], "plant.C")
-    decide(Within(_error_polynomial(plant, schedule(periods, offsets), A, C), "the poles of A_e"))
+    decide(within(_error_polynomial(plant, schedule(periods, offsets), A, C), "the poles of A_e"))
     return Found(words={"shown": _rows(A), "sensors": _rows(C)})
 
 
@@ -130,7 +130,7 @@ def error_poles(plant: Plant, periods: list[int], offsets: list[int], diagonal: 
     places = {i: next(by_size) for i in sorted(range(len(stated)), key=lambda i: abs(stated[i]))}
     matched = [places[i] for i in range(len(stated))]
     words = {"shown": _diagonal(A), "sensors": _rows(C), "matched": matched}
-    stable = holds(Within(polynomial, "the poles of A_e"))
+    stable = holds(within(polynomial, "the poles of A_e"))
     return Found(words=words, items=tuple(ends(pole) for pole in matched), holds=stable)
 
 

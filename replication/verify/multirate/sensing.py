@@ -13,7 +13,7 @@ from typing import Any
 from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, identity, product, solved, submatrix, take_rows, zeros
-from replication.verify.kernel import AtMost, Below, Equal, Positive, Within, decide
+from replication.verify.kernel import at_most, decide, definite, equal, less, within
 from replication.verify.reading import MAX_ENTRIES, fields, integer, matrices, matrix, positive, sequence, sized, square
 from replication.verify.statement import Depends, Table
 from replication.verify.theorem import require
@@ -170,7 +170,7 @@ def require_theorem_1(steps: Steps, W: fmpq_mat, P: list[fmpq_mat], level: fmpq)
     ||We|| <= g ||v||. Without disturbance it falls, so that the error system is stable.
     """
     for k, step in enumerate(steps):
-        decide(Positive(P[k], f"P_{k}"))
+        decide(definite(P[k], f"P_{k}"))
         require_fall(step, W, (P[k - 1], P[k]), level, f"phase {k}")
 
 
@@ -178,7 +178,7 @@ def require_fall(step: fmpq_mat, W: fmpq_mat, P: tuple[fmpq_mat, fmpq_mat], leve
     """Refuse unless diag(P - W'W, g^2 I) - [A B]' P+ [A B] > 0 for P before and P+ after the step."""
     before, after = P
     room = supplied(W, before, step.ncols(), level) - product(step.transpose(), product(after, step))
-    decide(Positive(room, f"the matrix of Theorem 1 at {where}"))
+    decide(definite(room, f"the matrix of Theorem 1 at {where}"))
 
 
 def supplied(W: fmpq_mat, P: fmpq_mat, columns: int, level: fmpq) -> fmpq_mat:
@@ -207,8 +207,8 @@ def squares(M: fmpq_mat) -> fmpq:
 
 def require_turn(turn: fmpq_mat) -> None:
     """Refuse unless R is an orthogonal matrix of order 1 or 2: how a signal changes from one period to the next."""
-    decide(AtMost(turn.nrows(), 2, "witness.turn must be of order 1 or 2"))
-    decide(Equal(turn * turn.transpose(), identity(turn.nrows()), "witness.turn is not orthogonal"))
+    decide(at_most(turn.nrows(), 2, "witness.turn must be of order 1 or 2"))
+    decide(equal(turn * turn.transpose(), identity(turn.nrows()), "witness.turn is not orthogonal"))
 
 
 def recurrent(transition: fmpq_mat, driven: fmpq_mat, turn: fmpq_mat) -> fmpq_mat:
@@ -244,7 +244,7 @@ def attained(
     periods (R turns by an angle, or changes the sign at most) its squares are those of v_k and x_k; ended after many
     periods, it has finite energy, and start and end no longer count in the ratio. hiding: further noise at (k, x_k).
     """
-    decide(Within(monodromy(steps), f"the poles of the {what}"))
+    decide(within(monodromy(steps), f"the poles of the {what}"))
     require_turn(turn)
     x, output, noise = steady(steps, turn, v), fmpq(0), fmpq(0)
     for k, (step, v_k) in enumerate(zip(steps, v, strict=True)):
@@ -281,5 +281,5 @@ def unseen_for_long(system: Sensing, start: int, d: list[fmpq_mat]) -> fmpq:
 
 def ratio(output: fmpq, noise: fmpq) -> fmpq:
     """Output to noise; refused without noise."""
-    decide(Below(0, noise, "the disturbance is zero"))
+    decide(less(0, noise, "the disturbance is zero"))
     return output / noise

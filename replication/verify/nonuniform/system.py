@@ -13,7 +13,7 @@ from typing import Any
 from flint import arb, arb_mat, fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, generator
-from replication.verify.kernel import Hurwitz, Within, decide
+from replication.verify.kernel import decide, hurwitz, within
 from replication.verify.reading import fields, matrix, one_of, rational, record, sequence, sized, states
 from replication.verify.statement import statement
 from replication.verify.theorem import Refused, require
@@ -231,5 +231,5 @@ def require_stable(plant: Plant, filter_: Filter) -> None:
 
     A-bar(h) is block triangular; a product of the Phi(h_k) is e^{A t} with t the sum of the h_k >= h_l > 0, and decays.
     """
-    decide(Hurwitz(plant.A, "the plant"))
-    decide(Within(filter_.A, "the poles of the filter"))
+    decide(hurwitz(plant.A, "the plant"))
+    decide(within(filter_.A, "the poles of the filter"))
