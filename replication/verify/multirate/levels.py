@@ -3,7 +3,7 @@
 import itertools
 from collections import deque
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from math import gcd, prod
 from types import SimpleNamespace
@@ -20,11 +20,9 @@ from replication.verify.multirate.sensing import (
     Schedule,
     Sensing,
     attained,
-    read_plant,
     read_sensing,
     require_fall,
     require_theorem_1,
-    schedule,
     supplied,
     unseen_for_long,
     unseen_forever,
@@ -296,11 +294,11 @@ def all_cases(measured: Schedule, channels: Sequence[Sequence[int]], misses: Seq
 
 def read_lossy(value: Any, path: str, chosen: Any) -> Lossy:
     """A plant whose samples get lost (parameters `LOST`)."""
-    seen, _ = read_plant(value, path, chosen.sensors)
+    plant = read_sensing(value, path, chosen)
     everyone = range(len(chosen.sensors))
     channels = [list(everyone)] if chosen.together else [[i] for i in everyone]
-    cases = all_cases(schedule(chosen.periods, chosen.offsets), channels, chosen.misses)
-    return Lossy(cases, seen([case.arrived for case in cases]))
+    cases = all_cases(plant.measured, channels, chosen.misses)
+    return Lossy(cases, replace(plant, measured=[case.arrived for case in cases]))
 
 
 LOST: Table = {

@@ -13,7 +13,7 @@ from flint import acb, fmpq, fmpq_mat, fmpq_poly
 from replication.verify.algebra.linear import characteristic_polynomial, ends, identity, roots
 from replication.verify.kernel import decide, holds, within
 from replication.verify.multirate.levels import require_theorem_2
-from replication.verify.multirate.sensing import TIMES, monodromy, schedule, select, without_noise
+from replication.verify.multirate.sensing import TIMES, Sensing, monodromy, schedule, without_noise
 from replication.verify.predicate import Says
 from replication.verify.reading import (
     known_fields,
@@ -155,7 +155,7 @@ def design(plant: Plant, A: fmpq_mat, B_d: fmpq_mat, D: fmpq_mat, upper: fmpq, *
     """
     require_unstable(_stated_poles(plant, A))
     C = matrix(plant["C"], "plant.C")
-    system = select(A, B_d, identity(A.nrows()), C, D, schedule(fields["periods"], fields["offsets"]))
+    system = Sensing(A, B_d, identity(A.nrows()), C, D, schedule(fields["periods"], fields["offsets"]))
     require_theorem_2(system, fields["P"], fields["Y"], upper)
     return Found(words={"shown": _rows(A), "sensors": _rows(C), "disturbance": _rows(B_d), "noise": _rows(D)})
 
