@@ -1,7 +1,11 @@
 """Exact linear algebra, balls, roots, symbols and words of the verifier."""
 
+from math import prod
+from typing import Any
+from unittest.mock import patch
+
 import pytest
-from flint import acb, acb_mat, acb_poly, arb, arb_mat, fmpq, fmpq_mat
+from flint import acb, acb_mat, acb_poly, arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify.algebra import linear as balls
 from replication.verify.algebra.linear import block, identity, submatrix, take_rows, zeros
@@ -69,6 +73,30 @@ def test_a_root_lies_in_its_disc_and_no_smaller_one_would_do() -> None:
         assert abs(disc - acb(3, 2)).upper() < 1.5 * arb(8).sqrt()
     with pytest.raises(Refused, match="derivative of the characteristic polynomial may vanish"):
         balls.root_near(acb_poly([1, 0, 1]), acb(0))
+
+
+def test_the_roots_of_a_polynomial_stand_apart_and_are_held() -> None:
+    """1, 2, 3 and -3, i/2 and -i/2; i and (1 + 10^-6) i; and one that occurs twice."""
+
+    def of(*factors: list[Any]) -> list[acb]:
+        return balls.roots(prod(map(fmpq_poly, factors), start=fmpq_poly([1])))
+
+    alike = of([-1, 1], [-2, 1], [6, 2], [-3, 1], [fmpq(1, 4), 0, 1])
+    assert sorted((round(float(z.real)), round(2 * float(z.imag)), z.imag == 0) for z in alike) == [
+        (-3, 0, True), (0, -1, False), (0, 1, False), (1, 0, True), (2, 0, True), (3, 0, True)
+    ]  # fmt: skip
+    assert all(z.real.rad() < 1e-9 > z.imag.rad() for z in alike)
+    above = 1 + fmpq(1, 10**6)
+    for z in of([1, 0, 1], [above**2, 0, 1]):
+        assert z.real.contains(0) and abs(z.imag).contains(1) is not abs(z.imag).contains(above)
+    with pytest.raises(Refused, match="not told apart"):
+        of([-1, 1], [-1, 1])
+
+
+def test_no_root_is_real_because_its_ball_meets_the_axis() -> None:
+    """The ball about 0.6 i that holds i reaches below the axis; its mirror image holds the other root."""
+    with patch.object(balls, "_guesses", lambda _: [acb(0, 0.6), acb(0, -1)]), pytest.raises(Refused, match="apart"):
+        balls.roots(fmpq_poly([1, 0, 1]))
 
 
 def test_ends_are_rounded_outwards() -> None:

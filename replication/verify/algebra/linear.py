@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from functools import reduce
+from itertools import combinations
 from math import ceil, floor
 from typing import Any
 
@@ -11,6 +12,9 @@ from flint import acb, acb_mat, acb_poly, arb, arb_mat, fmpq, fmpq_mat, fmpq_pol
 
 from replication.verify.algebra.work import spend_characteristic, spend_on_roots, spend_product, spend_solution
 from replication.verify.theorem import Refused, require
+
+STEPS = 200
+"""Of the search for roots, which ends as soon as nothing moves any more."""
 
 
 def zeros(rows: int, columns: int) -> fmpq_mat:
@@ -142,10 +146,34 @@ def hold(A: fmpq_mat, B: fmpq_mat, time: fmpq | arb) -> tuple[arb_mat, arb_mat]:
 
 
 def roots(polynomial: fmpq_poly) -> list[acb]:
-    """Enclosures of all complex roots, each as often as its multiplicity; apart from each other unless equal."""
+    """Enclosures of all roots; refused where they are not told apart, as a root is not that occurs twice.
+
+    As many balls of `root_near`, apart from each other, as there are roots hold one each. If the mirror image of a ball
+    belongs to it, so does that of its root, which is then real.
+    """
     spend_on_roots(polynomial)
-    pairs: list[tuple[acb, int]] = polynomial.complex_roots()  # type: ignore[assignment]  # its stubs say otherwise
-    return [root for root, multiplicity in pairs for _ in range(multiplicity)]
+    whole = acb_poly(polynomial.coeffs())
+    near = [root_near(whole, guess) for guess in _guesses(whole)]
+    near = [acb(z.real, z.imag.union(-z.imag)) if z.imag.contains(0) else z for z in near]
+    apart = all(not (first - second).contains(0) for first, second in combinations(near, 2))
+    require(apart, "the roots of a polynomial are not told apart")
+    return [acb(z.real) if z.imag.contains(0) else z for z in near]
+
+
+def _guesses(polynomial: acb_poly) -> list[acb]:
+    """Approximations of all roots, by the iteration of Durand and Kerner in middles of balls; nothing is proved."""
+    *others, leading = polynomial.coeffs()
+    size = largest([abs(c / leading) for c in others]).mid() + 1
+    points = [acb(fmpq(2, 5), fmpq(9, 10)) ** k * size for k in range(len(others))]
+    for _ in range(STEPS):
+        before = [*points]
+        for i, z in enumerate(points):
+            factors = (z - other for j, other in enumerate(points) if j != i)
+            apart = reduce(lambda total, factor: (total * factor).mid(), factors, leading)
+            points[i] = z if apart.contains(0) else (z - polynomial(z) / apart).mid()
+        if points == before:
+            break
+    return points
 
 
 def root_near(polynomial: acb_poly, guess: acb) -> acb:
