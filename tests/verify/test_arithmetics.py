@@ -101,7 +101,6 @@ BALLS: dict[str, Callable[[Any, Any, Any, Any, Any], Any]] = {
     "quotient": lambda library, A, B, x, y: (x / y, 1 / y, x / 3),
     "functions": lambda library, A, B, x, y: (
         (x / 50).exp(), (abs(x) + 1).log(), (abs(x) + 1).sqrt(), abs(x), x.max(y), x.union(x), library.arb.pi(),
-        x.floor(), x.ceil(),
     ),
     "exponential": lambda library, A, B, x, y: ((A / 300).exp(), ((A - B) / 40).exp()),
     "solution": lambda library, A, B, x, y: A.solve(B),

@@ -92,8 +92,8 @@ def ends(ball: arb) -> tuple[fmpq, fmpq]:
 
 def rounded_ends(ball: arb, bits: int = 40) -> tuple[fmpq, fmpq]:
     """Multiples of 2^-bits on both sides of a ball."""
-    low, high = (ball * 2**bits).lower().floor(), (ball * 2**bits).upper().ceil()
-    return fmpq(low.unique_fmpz(), 2**bits), fmpq(high.unique_fmpz(), 2**bits)
+    low, high = ends(ball)
+    return fmpq(floor(low * 2**bits), 2**bits), fmpq(ceil(high * 2**bits), 2**bits)
 
 
 def largest(values: Sequence[arb]) -> arb:
