@@ -8,13 +8,13 @@ from itertools import combinations
 from math import ceil, floor
 from typing import Any
 
-from flint import acb, acb_mat, acb_poly, arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
+from flint import acb, acb_mat, acb_poly, arb, arb_mat, ctx, fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify.algebra.work import spend_characteristic, spend_on_roots, spend_product, spend_solution
 from replication.verify.theorem import Refused, require
 
-STEPS = 200
-"""Of the search for roots, which ends as soon as nothing moves any more."""
+STEPS, FINER = 200, 4
+"""Of the search for roots, which ends as soon as nothing moves any more; how much finer its balls are than others."""
 
 
 def zeros(rows: int, columns: int) -> fmpq_mat:
@@ -152,28 +152,35 @@ def roots(polynomial: fmpq_poly) -> list[acb]:
     belongs to it, so does that of its root, which is then real.
     """
     spend_on_roots(polynomial)
-    whole = acb_poly(polynomial.coeffs())
-    near = [root_near(whole, guess) for guess in _guesses(whole)]
+    guesses = _guesses(polynomial)
+    with ctx.workprec(FINER * ctx.prec):
+        whole = acb_poly(polynomial.coeffs())
+        near = [root_near(whole, guess) for guess in guesses]
     near = [acb(z.real, z.imag.union(-z.imag)) if z.imag.contains(0) else z for z in near]
     apart = all(not (first - second).contains(0) for first, second in combinations(near, 2))
     require(apart, "the roots of a polynomial are not told apart")
     return [acb(z.real) if z.imag.contains(0) else z for z in near]
 
 
-def _guesses(polynomial: acb_poly) -> list[acb]:
-    """Approximations of all roots, by the iteration of Durand and Kerner in middles of balls; nothing is proved."""
-    *others, leading = polynomial.coeffs()
-    size = largest([abs(c / leading) for c in others]).mid() + 1
-    points = [acb(fmpq(2, 5), fmpq(9, 10)) ** k * size for k in range(len(others))]
-    for _ in range(STEPS):
-        before = [*points]
-        for i, z in enumerate(points):
-            factors = (z - other for j, other in enumerate(points) if j != i)
-            apart = reduce(lambda total, factor: (total * factor).mid(), factors, leading)
-            points[i] = z if apart.contains(0) else (z - polynomial(z) / apart).mid()
-        if points == before:
-            break
-    return points
+def _guesses(polynomial: fmpq_poly) -> list[acb]:
+    """Approximations of all roots, by the iteration of Durand and Kerner in middles of balls, as doubles; nothing is
+    proved.
+    """
+    with ctx.workprec(FINER * ctx.prec):
+        whole = acb_poly(polynomial.coeffs())
+        *others, leading = whole.coeffs()
+        size = largest([abs(c / leading) for c in others]).mid() + 1
+        points = [acb(fmpq(2, 5), fmpq(9, 10)) ** k * size for k in range(len(others))]
+        for _ in range(STEPS):
+            before = [*points]
+            for i, z in enumerate(points):
+                factors = (z - other for j, other in enumerate(points) if j != i)
+                apart = reduce(lambda total, factor: (total * factor).mid(), factors, leading)
+                points[i] = z if apart.contains(0) else (z - whole(z) / apart).mid()
+            if points == before:
+                break
+    doubles = [[fmpq(*float(part).as_integer_ratio()) for part in (z.real, z.imag)] for z in points]
+    return [complex_of((a, b if abs(b) * 2**53 > abs(a) else fmpq(0))) for a, b in doubles]
 
 
 def root_near(polynomial: acb_poly, guess: acb) -> acb:
