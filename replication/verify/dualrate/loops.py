@@ -1,7 +1,6 @@
 """Statements on the dual-rate loops of Shao et al.: radius and stability by Φ, growth that a reference excites."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from flint import acb, acb_mat, acb_poly, arb, fmpq, fmpq_mat, fmpq_poly
@@ -21,8 +20,8 @@ from replication.verify.dualrate.loop import (
 from replication.verify.dualrate.response import require_position_form, steady_start
 from replication.verify.kernel import decide, equal, hurwitz, less, within
 from replication.verify.predicate import NO_READING, Says
-from replication.verify.reading import fields, integer, matrix, one_of, positive, rational, sequence, several, sized
-from replication.verify.statement import BOTH, Depends, statement
+from replication.verify.reading import as_written, integer, matrix, one_of, positive, rational, sequence, several, sized
+from replication.verify.statement import BOTH, Depends, Table, statement
 from replication.verify.theorem import Found, require
 
 RADIUS = "spectral radius over a slow period"
@@ -151,34 +150,23 @@ def applied(polynomial: acb_poly, row: acb_mat, matrix: acb_mat) -> acb_mat:
 LARGEST_ORDER = 20
 """Of a derivative in the feedforward."""
 PARAMETERS = ("R", "Psi", "Lq", "p", "Bw", "J", "KT")
-
-
-@dataclass(frozen=True)
-class Motor:
-    """The parameters of the motor by their symbols, and A (3, 3), B (3, 1), C (1, 3)."""
-
-    given: Mapping[str, fmpq]
-    A: fmpq_mat
-    B: fmpq_mat
-    C: fmpq_mat
-
-
-def read_motor(value: Any, path: str) -> Motor:
-    """The motor of a certificate."""
-    _, *values, A, B, C = fields(value, path, "name", *PARAMETERS, "A", "B", "C")
-    numbers = {name: positive(number, f"{path}.{name}") for name, number in zip(PARAMETERS, values, strict=True)}
-    return Motor(numbers, matrix(A, f"{path}.A", 3, 3), matrix(B, f"{path}.B", 3, 1), matrix(C, f"{path}.C", 1, 3))
+MOTOR: Table = {
+    "name": as_written,
+    **dict.fromkeys(PARAMETERS, positive),
+    **{"A": sized(matrix, 3, 3), "B": sized(matrix, 3, 1), "C": sized(matrix, 1, 3)},
+}
+"""The parameters of the motor by their symbols, and its matrices."""
 
 
 @statement(
     "dualrate.torque-constant",
-    plant=read_motor,
+    plant=MOTOR,
     bound=None,
     says=Says(quantity="torque constant", readings=("surface-magnets",)),
 )
-def torque_constant(plant: Motor) -> Found:
+def torque_constant(p: fmpq, Psi: fmpq, **_: Any) -> Found:
     """1.5 p Ψ_f is {value} N m/A."""
-    return _computed(fmpq(3, 2) * plant.given["p"] * plant.given["Psi"])
+    return _computed(fmpq(3, 2) * p * Psi)
 
 
 @on_loop("dualrate.slow-period", bound=None, says="slow period")
@@ -187,20 +175,20 @@ def slow_period(plant: Loop) -> Found:
     return _computed(plant.M * plant.T)
 
 
-@statement("dualrate.coordinates", source="shao", plant=read_motor, holds=True, says="coordinates of the motor")
-def coordinates(plant: Motor) -> None:
+@statement("dualrate.coordinates", source="shao", plant=MOTOR, holds=True, says="coordinates of the motor")
+def coordinates(A: fmpq_mat, B: fmpq_mat, C: fmpq_mat, **motor: Any) -> None:
     """With x = (θ, ω, ω') the equations (23) with these parameters are those of A, B and C, exactly.
 
     (23) with z = (i_q, ω, θ), z' = N z + e u_q, and x = S z = (θ, ω, ω'): S N = A S, S e = B and C S z = θ.
 
     S is invertible, its determinant being −K_T/J.
     """
-    R, Psi, Lq, p, Bw, J, KT = (plant.given[name] for name in PARAMETERS)
+    R, Psi, Lq, p, Bw, J, KT = (motor[name] for name in PARAMETERS)
     N = fmpq_mat([[-R / Lq, -p * Psi / Lq, 0], [KT / J, -Bw / J, 0], [0, 1, 0]])
     S = fmpq_mat([[0, 0, 1], [0, 1, 0], [KT / J, -Bw / J, 0]])
-    decide(equal(S * N, plant.A * S, "A is not that of (23) in these coordinates"))
-    decide(equal(S * fmpq_mat([[1 / Lq], [0], [0]]), plant.B, "B is not that of (23) in these coordinates"))
-    decide(equal((plant.C * S).entries(), [0, 0, 1], "C does not read the position"))
+    decide(equal(S * N, A * S, "A is not that of (23) in these coordinates"))
+    decide(equal(S * fmpq_mat([[1 / Lq], [0], [0]]), B, "B is not that of (23) in these coordinates"))
+    decide(equal((C * S).entries(), [0, 0, 1], "C does not read the position"))
 
 
 @on_loop("dualrate.hurwitz", parameters={"matrix": sized(one_of, ("feedback", "observer"))}, holds=True, says="Hurwitz")
