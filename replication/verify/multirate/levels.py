@@ -23,6 +23,7 @@ from replication.verify.multirate.sensing import (
     read_sensing,
     require_fall,
     require_theorem_1,
+    schedule,
     supplied,
     unseen_for_long,
     unseen_forever,
@@ -158,29 +159,18 @@ TWO: Table = {"sensors": CHOSEN["sensors"], "shorter": PERIODS, "longer": PERIOD
 PHASES: Table = {name: reader for name, reader in CHOSEN.items() if name != "relative"}
 
 
-def read_both(value: Any, path: str, values: Any) -> list[Sensing]:
-    """A plant with the shorter periods and with the longer ones, all sensors at instant 0."""
-    chosen = (
-        SimpleNamespace(sensors=values.sensors, periods=periods, offsets=[0] * len(periods))
-        for periods in (values.shorter, values.longer)
-    )
-    return [read_sensing(value, path, each) for each in chosen]
+def read_longer(value: Any, path: str, values: Any) -> Sensing:
+    """A plant with the longer periods, all sensors at instant 0."""
+    offsets = [0] * len(values.longer)
+    return read_sensing(value, path, SimpleNamespace(sensors=values.sensors, periods=values.longer, offsets=offsets))
 
 
 @statement(
     "multirate.shorter-periods",
     source="okajima2023",
     parameters=TWO,
-    plant=Depends(lambda values: sized(read_both, values)),
-    witness={
-        "level": positive,
-        "P": Depends(lambda values: sized(sequence, sized(symmetric, values.plant[1].order), values.plant[1].phases)),
-        "Y": Depends(
-            lambda values: sized(matrices, values.plant[1].order, values.plant[1].sensors, values.plant[1].phases)
-        ),
-        "start": integer,
-        "d": Depends(lambda values: sized(matrices, values.plant[0].B_d.ncols(), 1)),
-    },
+    plant=Depends(lambda values: sized(read_longer, values)),
+    witness={"level": positive, "P": STORAGE, "Y": GAINS, "start": integer, "d": FINITE},
     holds=False,
     says=Says(
         quantity="shorter periods are better",
@@ -189,7 +179,7 @@ def read_both(value: Any, path: str, values: Any) -> list[Sensing]:
     ),
 )
 def shorter_periods(
-    plant: list[Sensing], shorter: list[int], longer: list[int], level: fmpq, P: Matrices, Y: Matrices,
+    plant: Sensing, shorter: list[int], longer: list[int], level: fmpq, P: Matrices, Y: Matrices,
     start: int, d: Matrices, **_: Any,
 ) -> None:  # fmt: skip
     """Of the periods {shorter} and {longer} the longer ones have the smaller optimum, with both sensors at instant 0
@@ -202,8 +192,9 @@ def shorter_periods(
     pairs = list(zip(shorter, longer, strict=True))
     require(all(a <= b for a, b in pairs) and shorter != longer, f"{shorter} are not shorter than {longer}")
     require(all(gcd(a, b) == 1 for a, b in itertools.combinations(shorter, 2)), f"{shorter} have a common factor")
-    require_theorem_2(plant[1], P, Y, level)
-    require_lower(level, unseen_for_long(plant[0], start, d))
+    require_theorem_2(plant, P, Y, level)
+    often = replace(plant, measured=schedule(shorter, [0] * len(shorter)))
+    require_lower(level, unseen_for_long(often, start, d))
 
 
 @statement(
@@ -256,11 +247,10 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Lossy:
-    """All cases, and the plant with a "phase" for each of them, at which the samples that came are measured."""
+class Lossy(Sensing):
+    """The plant with a "phase" for each case, at which the samples that came are measured."""
 
-    cases: list[Case]
-    system: Sensing
+    cases: Sequence[Case] = ()
 
 
 def all_cases(measured: Schedule, channels: Sequence[Sequence[int]], misses: Sequence[int]) -> list[Case]:
@@ -298,7 +288,7 @@ def read_lossy(value: Any, path: str, chosen: Any) -> Lossy:
     everyone = range(len(chosen.sensors))
     channels = [list(everyone)] if chosen.together else [[i] for i in everyone]
     cases = all_cases(plant.measured, channels, chosen.misses)
-    return Lossy(cases, replace(plant, measured=[case.arrived for case in cases]))
+    return Lossy(**vars(plant) | {"measured": [case.arrived for case in cases]}, cases=cases)
 
 
 LOST: Table = {
@@ -316,17 +306,13 @@ LOST: Table = {
     bound=BOTH,
     holds=True,
     witness={
-        "L": Depends(
-            lambda values: sized(
-                matrices, values.plant.system.order, values.plant.system.sensors, len(values.plant.cases)
-            )
-        ),
+        "L": GAINS,
         "at": sized(several, integer),
         "to": Depends(lambda values: sized(sequence, sized(sequence, integer), len(values.at))),
-        "P": Depends(lambda values: sized(sequence, sized(symmetric, values.plant.system.order), len(values.at))),
+        "P": Depends(lambda values: sized(sequence, sized(symmetric, values.plant.order), len(values.at))),
         "word": sized(several, integer),
         "turn": square,
-        "v": Depends(lambda values: sized(matrices, values.plant.system.noises, values.turn.nrows(), len(values.word))),
+        "v": Depends(lambda values: sized(matrices, values.plant.noises, values.turn.nrows(), len(values.word))),
     },
 )
 def gain_under_losses(plant: Lossy, lower: fmpq, upper: fmpq, L: Matrices, word: list[int], **fields: Any) -> Found:
@@ -337,14 +323,14 @@ def gain_under_losses(plant: Lossy, lower: fmpq, upper: fmpq, L: Matrices, word:
 
     Storage functions on the nodes from above; from below a disturbance in a pattern that repeats.
     """
-    steps = plant.system.error_system(L)
+    steps = plant.error_system(L)
     require_storage(plant, steps, fields["at"], fields["to"], fields["P"], upper)
     # All nodes are reached from the start, which takes nothing with the error at zero.
     require(all(i < len(plant.cases) for i in word), "witness.word has a case that is not there")
     walk = zip(word, [*word[1:], word[0]], strict=True)
     joined = all(plant.cases[i].after == plant.cases[j].before for i, j in walk)
     require(joined, "witness.word is no pattern that can repeat")
-    require_lower(lower, attained([steps[i] for i in word], plant.system.W, fields["turn"], fields["v"]))
+    require_lower(lower, attained([steps[i] for i in word], plant.W, fields["turn"], fields["v"]))
     return Found(words={"sent": "packets" if fields["together"] else "samples of each sensor"})
 
 
@@ -368,4 +354,4 @@ def require_storage(
         for number, target in zip(leaving, to[i], strict=True):
             fits = target < len(at) and at[target] == plant.cases[number].after
             require(fits, f"case {number} does not lead from storage function {i} to {target}")
-            require_fall(steps[number], plant.system.W, (P[i], P[target]), level, f"case {number} of storage {i}")
+            require_fall(steps[number], plant.W, (P[i], P[target]), level, f"case {number} of storage {i}")
