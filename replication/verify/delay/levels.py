@@ -11,14 +11,7 @@ from flint import acb, fmpq, fmpq_mat
 from replication.verify.algebra.linear import below, block, zeros
 from replication.verify.algebra.work import bits, multiplying, spend
 from replication.verify.delay import sos
-from replication.verify.delay.plant import (
-    DelayPlant,
-    characteristic,
-    hidden,
-    measured_last,
-    on_plant,
-    require_hidden,
-)
+from replication.verify.delay.plant import DelayPlant, characteristic, hidden, measured_last, on_plant, require_hidden
 from replication.verify.delay.sos import (
     BUMP,
     UNIFORM,

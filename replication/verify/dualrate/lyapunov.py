@@ -16,17 +16,7 @@ from replication.verify.algebra.work import estimate_length, spend_on_products
 from replication.verify.dualrate.loop import Loop, Observer, on_paper, pass_period
 from replication.verify.kernel import decide, definite, equal, holds, identical, less, semidefinite
 from replication.verify.predicate import Says
-from replication.verify.reading import (
-    integer,
-    matrix,
-    one_of,
-    positive,
-    rational,
-    record,
-    several,
-    sized,
-    symmetric,
-)
+from replication.verify.reading import integer, matrix, one_of, positive, rational, record, several, sized, symmetric
 from replication.verify.statement import Depends, statement
 from replication.verify.theorem import Found, require
 

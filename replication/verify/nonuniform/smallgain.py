@@ -22,15 +22,7 @@ from replication.verify.algebra.work import BALL, spend
 from replication.verify.kernel import decide, definite, holds, hurwitz, less
 from replication.verify.nonuniform.gain import Fails, Pair, require_everywhere
 from replication.verify.nonuniform.grid import bounded_real
-from replication.verify.nonuniform.system import (
-    PERIOD,
-    Filter,
-    Plant,
-    in_words,
-    on_filtered,
-    on_plant,
-    seconds,
-)
+from replication.verify.nonuniform.system import PERIOD, Filter, Plant, in_words, on_filtered, on_plant, seconds
 from replication.verify.predicate import Says
 from replication.verify.reading import MAX_ENTRIES, fields, integer, positive, rational, sequence, sized, symmetric
 from replication.verify.statement import Depends
