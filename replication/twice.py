@@ -12,6 +12,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Sequence
+from dataclasses import asdict
 from fractions import Fraction
 from itertools import zip_longest
 from pathlib import Path
@@ -36,28 +37,17 @@ def said(paths: Sequence[Path], root: Path, jobs: int | None) -> list[Said]:
     """What the arithmetic of this process says of each certificate, as JSON."""
     from functools import partial
 
+    from replication.verify.reading import written
     from replication.verify.run import lost, verify
     from replication.verify.workers import in_order
 
-    return [_as_data(outcome) for outcome in in_order(partial(verify, root=root), paths, jobs, lost)]
-
-
-def _as_data(outcome: Any) -> Said:
-    theorem = outcome.theorem
-    if theorem is None:
-        return {"line": outcome.line(), "proved": False}
-    says = [
-        {"of": repr(row.of), "unit": row.unit, "readings": list(row.readings), "items": row.items, "holds": row.holds}
-        for row in theorem.says
+    outcomes = in_order(partial(verify, root=root), paths, jobs, lost)
+    return [
+        {"line": outcome.line(), "proved": False}
+        if outcome.theorem is None
+        else {"line": outcome.line(), "proved": True, **written(asdict(outcome.theorem))}
+        for outcome in outcomes
     ]
-    sides = {side: _text(getattr(theorem, side)) for side in ("lower", "upper")}
-    items = [[_text(end) for end in pair] for pair in theorem.items]
-    whole = {"line": outcome.line(), "proved": True, "sentence": theorem.sentence, "holds": theorem.holds, **sides}
-    return {**whole, "items": items, "says": says}
-
-
-def _text(side: Any) -> str | None:
-    return None if side is None else str(side)
 
 
 def difference(left: Said, right: Said) -> str:

@@ -1,12 +1,11 @@
-"""The kernel: to what every theorem comes down, as data, and how each is decided. It knows no family and no paper.
+"""The kernel: to what every theorem comes down, and how each of these obligations is decided. It knows no family.
 
-The reduction of a theorem states obligations and hands each over to `decide`, which refuses the certificate unless it
-is proved. Numbers and matrices are rational, and then all is exact; or they are balls, and then an obligation is
-proved only if it holds for every point of them. `failure` says why it is not proved, and nothing if it is.
+The reduction of a theorem states obligations, each by a function below, and hands them to `decide`, which refuses the
+certificate unless they are proved: a function says why it is not proved, and nothing if it is. Numbers and matrices are
+rational, and then all is exact; or they are balls, and then an obligation is proved only if it holds for every point of
+them. what: its name in the reason, or the reason.
 """
 
-from dataclasses import dataclass
-from operator import eq, le, lt
 from typing import Any
 
 from flint import arb, arb_mat, arb_poly, fmpq, fmpq_mat, fmpq_poly, fmpz_mat
@@ -18,60 +17,39 @@ from replication.verify.theorem import require
 ONE = fmpq(1)
 
 
-@dataclass(frozen=True)
-class Compared:
-    """A relation of two numbers; of balls, of all their points. what: the reason of a refusal."""
-
-    first: Any
-    second: Any
-    what: str
-    relation = staticmethod(lt)
-
-    def failure(self) -> str:
-        """By comparison."""
-        return "" if self.relation(self.first, self.second) else self.what
+def decide(reason: str) -> None:
+    """Refuse unless the obligation is proved."""
+    require(not reason, reason)
 
 
-class Below(Compared):
-    """first < second."""
+def holds(reason: str) -> bool:
+    """Whether the obligation is proved; if not, it may hold all the same."""
+    return not reason
 
 
-class AtMost(Compared):
-    """first <= second."""
+def less(first: Any, second: Any, what: str) -> str:
+    """first < second; of balls, for all their points."""
+    return "" if first < second else what
 
-    relation = staticmethod(le)
+
+def at_most(first: Any, second: Any, what: str) -> str:
+    """first <= second; of balls, for all their points."""
+    return "" if first <= second else what
 
 
-class Equal(Compared):
+def equal(first: Any, second: Any, what: str) -> str:
     """Both numbers, polynomials or matrices are the same."""
-
-    relation = staticmethod(eq)
-
-
-@dataclass(frozen=True)
-class Identity:
-    """Both sides are the same expression: words, or matrices of words or of polynomials in symbols."""
-
-    left: Any
-    right: Any
-    what: str
-
-    def failure(self) -> str:
-        """By their expanded difference."""
-        return "" if (self.left - self.right).is_zero() else f"{self.what} is no identity"
+    return "" if first == second else what
 
 
-@dataclass(frozen=True)
-class Positive:
+def identical(left: Any, right: Any, what: str) -> str:
+    """Both sides, words or matrices of words, are the same expression: their expanded difference is zero."""
+    return "" if (left - right).is_zero() else f"{what} is no identity"
+
+
+def definite(M: fmpq_mat | arb_mat, what: str) -> str:
     """M is symmetric and positive definite; of balls the lower triangle is read."""
-
-    M: fmpq_mat | arb_mat
-    what: str
-
-    def failure(self) -> str:
-        """By the leading minors of rationals, or the pivots of balls."""
-        M = self.M
-        return _minors(M, self.what) if isinstance(M, fmpq_mat) else _pivots(M, self.what)
+    return _minors(M, what) if isinstance(M, fmpq_mat) else _pivots(M, what)
 
 
 def _minors(M: fmpq_mat, what: str) -> str:
@@ -109,85 +87,50 @@ def _pivots(M: arb_mat, what: str) -> str:
     return ""
 
 
-@dataclass(frozen=True)
-class Nonnegative:
-    """M is symmetric and positive semidefinite."""
+def semidefinite(M: fmpq_mat, what: str) -> str:
+    """M is symmetric and positive semidefinite.
 
-    M: fmpq_mat
-    what: str
-
-    def failure(self) -> str:
-        """Its eigenvalues are real, so by Descartes' rule of signs none is negative iff no coefficient of det(z I + M),
-        the characteristic polynomial of -M, is negative.
-        """
-        if self.M.transpose() != self.M:
-            return f"{self.what} is not symmetric"
-        least = min(characteristic_polynomial(-self.M).coeffs())
-        return "" if least >= 0 else f"{self.what} is not positive semidefinite"
+    Its eigenvalues are real, so by Descartes' rule of signs none is negative iff no coefficient of det(z I + M), the
+    characteristic polynomial of -M, is negative.
+    """
+    if M.transpose() != M:
+        return f"{what} is not symmetric"
+    return "" if min(characteristic_polynomial(-M).coeffs()) >= 0 else f"{what} is not positive semidefinite"
 
 
-@dataclass(frozen=True)
-class Hurwitz:
-    """All eigenvalues of M have negative real parts."""
+def hurwitz(M: fmpq_mat, what: str) -> str:
+    """All eigenvalues of M have negative real parts.
 
-    M: fmpq_mat
-    what: str
-
-    def failure(self) -> str:
-        """The leading minors of the Hurwitz matrix (a_{n−2j+i}), i, j = 1 … n, of the characteristic polynomial
-        a_n s^n + … are positive: a_n is 1 (Routh and Hurwitz).
-        """
-        n, coefficients = self.M.nrows(), characteristic_polynomial(self.M).coeffs()
-        zeros = [fmpq(0)] * n
-        padded = zeros + coefficients + zeros
-        for size in range(1, n + 1):
-            spend_elimination(size, size, estimate_length(coefficients), "a Hurwitz determinant")
-            rows = [[padded[2 * n - 1 - 2 * j + i] for j in range(size)] for i in range(size)]
-            if not fmpq_mat(rows).det() > 0:
-                return f"{self.what} is not Hurwitz: its Hurwitz determinant {size} is not positive"
-        return ""
+    The leading minors of the Hurwitz matrix (a_{n−2j+i}), i, j = 1 … n, of the characteristic polynomial a_n s^n + …
+    are positive: a_n is 1 (Routh and Hurwitz).
+    """
+    n, coefficients = M.nrows(), characteristic_polynomial(M).coeffs()
+    zeros = [fmpq(0)] * n
+    padded = zeros + coefficients + zeros
+    for size in range(1, n + 1):
+        spend_elimination(size, size, estimate_length(coefficients), "a Hurwitz determinant")
+        rows = [[padded[2 * n - 1 - 2 * j + i] for j in range(size)] for i in range(size)]
+        if not fmpq_mat(rows).det() > 0:
+            return f"{what} is not Hurwitz: its Hurwitz determinant {size} is not positive"
+    return ""
 
 
-@dataclass(frozen=True)
-class Within:
+def within(of: fmpq_poly | arb_poly | fmpq_mat | arb_mat, what: str, radius: Any = ONE) -> str:
     """All roots of a polynomial, or eigenvalues of a matrix, lie inside the circle of this radius about zero.
 
-    A polynomial in balls is monic.
+    The test of Schur and Cohn for p(radius z), lowest coefficient first; a polynomial in balls is monic. With the
+    reversed polynomial p*(z) = z^n p(1/z), all roots of p are inside the unit circle iff |p(0)| < |leading coefficient|
+    and those of (leading p - p(0) p*) / z are. The zero polynomial has no set of roots.
     """
-
-    of: fmpq_poly | arb_poly | fmpq_mat | arb_mat
-    what: str
-    radius: fmpq = ONE
-
-    def failure(self) -> str:
-        """The test of Schur and Cohn for p(radius z), lowest coefficient first.
-
-        With the reversed polynomial p*(z) = z^n p(1/z), all roots of p are inside the unit circle iff |p(0)| <
-        |leading coefficient| and those of (leading p - p(0) p*) / z are. The zero polynomial has no set of roots.
-        """
-        radius: Any = self.radius
-        polynomial: Any = characteristic_polynomial(self.of) if isinstance(self.of, fmpq_mat | arb_mat) else self.of
-        if isinstance(polynomial, fmpq_poly):
-            spend_on_roots(polynomial)
-        else:
-            radius = arb(radius)
-        rest = [c * radius**k for k, c in enumerate(polynomial.coeffs())]
-        while rest and abs(rest[0]) < abs(rest[-1]):
-            # With the ratio, not with both factors, or the digits of the coefficients would double each time.
-            ratio = rest[0] / rest[-1]
-            rest = [a - ratio * b for a, b in zip(rest[1:], rest[-2::-1], strict=True)]
-        return "" if len(rest) == 1 else f"{self.what} are not proved to lie inside the circle of radius {self.radius}"
-
-
-Obligation = Compared | Identity | Positive | Nonnegative | Hurwitz | Within
-
-
-def decide(obligation: Obligation) -> None:
-    """Refuse unless the obligation is proved."""
-    reason = obligation.failure()
-    require(not reason, reason)
-
-
-def holds(obligation: Obligation) -> bool:
-    """Whether the obligation is proved; if not, it may hold all the same."""
-    return not obligation.failure()
+    polynomial: Any = characteristic_polynomial(of) if isinstance(of, fmpq_mat | arb_mat) else of
+    if isinstance(polynomial, fmpq_poly):
+        spend_on_roots(polynomial)
+        factor = radius
+    else:
+        factor = arb(radius)
+    rest = [c * factor**k for k, c in enumerate(polynomial.coeffs())]
+    while rest and abs(rest[0]) < abs(rest[-1]):
+        # With the ratio, not with both factors, or the digits of the coefficients would double each time.
+        ratio = rest[0] / rest[-1]
+        rest = [a - ratio * b for a, b in zip(rest[1:], rest[-2::-1], strict=True)]
+    return "" if len(rest) == 1 else f"{what} are not proved to lie inside the circle of radius {radius}"

@@ -1,12 +1,16 @@
 """Exact linear algebra, balls, roots, symbols and words of the verifier."""
 
+from math import prod
+from typing import Any
+from unittest.mock import patch
+
 import pytest
-from flint import acb, acb_mat, acb_poly, arb, arb_mat, fmpq, fmpq_mat
+from flint import acb, acb_mat, acb_poly, arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify.algebra import linear as balls
 from replication.verify.algebra.linear import block, identity, submatrix, take_rows, zeros
 from replication.verify.algebra.symbolic import IDENTITY, Symbolic, Words, blocks, letter, letters, number, one
-from replication.verify.kernel import Identity, decide
+from replication.verify.kernel import decide, identical
 from replication.verify.theorem import Refused
 
 # Exact linear algebra of the verifier.
@@ -71,6 +75,32 @@ def test_a_root_lies_in_its_disc_and_no_smaller_one_would_do() -> None:
         balls.root_near(acb_poly([1, 0, 1]), acb(0))
 
 
+def test_the_roots_of_a_polynomial_stand_apart_and_are_held() -> None:
+    """1, 2, 3 and -3, i/2 and -i/2; i and (1 + 10^-9) i; and one that occurs twice."""
+
+    def of(*factors: list[Any]) -> list[acb]:
+        return balls.roots(prod(map(fmpq_poly, factors), start=fmpq_poly([1])))
+
+    alike = of([-1, 1], [-2, 1], [6, 2], [-3, 1], [fmpq(1, 4), 0, 1])
+    assert sorted((round(float(z.real)), round(2 * float(z.imag)), z.imag == 0) for z in alike) == [
+        (-3, 0, True), (0, -1, False), (0, 1, False), (1, 0, True), (2, 0, True), (3, 0, True)
+    ]  # fmt: skip
+    assert all(z.real.rad() < 1e-9 > z.imag.rad() for z in alike)
+    above = 1 + fmpq(1, 10**9)
+    close = of([1, 0, 1], [above**2, 0, 1])
+    for root in (fmpq(1), fmpq(-1), above, -above):
+        assert sum(z.overlaps(acb(0, root)) for z in close) == 1
+    with pytest.raises(Refused, match="may vanish"):
+        of([-1, 1], [-1, 1])
+
+
+def test_no_root_is_real_because_its_ball_meets_the_axis() -> None:
+    """The ball about 0.7 i that holds i reaches below the axis; its mirror image holds -i."""
+    guesses = [acb(0, 0.7), acb(0, -1), acb(5)]
+    with patch.object(balls, "_guesses", lambda _: guesses), pytest.raises(Refused, match="apart"):
+        balls.roots(fmpq_poly([1, 0, 1]) * fmpq_poly([-5, 1]))
+
+
 def test_ends_are_rounded_outwards() -> None:
     assert balls.rounded_ends(arb(fmpq(1, 3))) == (fmpq(2**40 // 3, 2**40), fmpq(2**40 // 3 + 1, 2**40))
     assert balls.rounded_ends(arb(fmpq(-1, 3)), 1) == (fmpq(-1, 2), 0)
@@ -101,12 +131,12 @@ def test_symbols_obey_the_rules_of_numbers() -> None:
 def test_what_is_no_identity_is_refused() -> None:
     a, b, c = symbols("a", 1, 2), symbols("b", 2, 1), symbols("c", 1, 1)
     same = a @ b
-    decide(Identity(same, (same + same) * fmpq(1, 2), ""))
+    decide(identical(same, (same + same) * fmpq(1, 2), ""))
     with pytest.raises(Refused, match="row is no identity"):
-        decide(Identity(a, blocks([[Symbolic(((a.rows[0][0],),)), c]]), "row"))
+        decide(identical(a, blocks([[Symbolic(((a.rows[0][0],),)), c]]), "row"))
     for other in (c, same * 2, same + c):
         with pytest.raises(Refused, match="sum is no identity"):
-            decide(Identity(same, other, "sum"))
+            decide(identical(same, other, "sum"))
 
 
 # Words in letters that do not commute: the rules of algebra, and what equalities make of them.
@@ -146,7 +176,7 @@ def test_blocks_of_letters_multiply_as_matrices() -> None:
     A, B, P = letters("A", "B", "P", symmetric=("P",))
     zero, same = A * 0, IDENTITY
     M = blocks([[A, B], [zero, same]])
-    decide(Identity(M.T, blocks([[A.T, zero], [B.T, same]]), "the transpose"))
-    decide(Identity(M @ M, blocks([[A @ A, A @ B + B], [zero, same]]), "the square"))
-    decide(Identity((M.T @ blocks([[P, zero], [zero, P]]) @ M).T, M.T @ blocks([[P, zero], [zero, P]]) @ M, "a form"))
+    decide(identical(M.T, blocks([[A.T, zero], [B.T, same]]), "the transpose"))
+    decide(identical(M @ M, blocks([[A @ A, A @ B + B], [zero, same]]), "the square"))
+    decide(identical((M.T @ blocks([[P, zero], [zero, P]]) @ M).T, M.T @ blocks([[P, zero], [zero, P]]) @ M, "a form"))
     assert not (A @ B - B @ A).is_zero()

@@ -101,7 +101,6 @@ BALLS: dict[str, Callable[[Any, Any, Any, Any, Any], Any]] = {
     "quotient": lambda library, A, B, x, y: (x / y, 1 / y, x / 3),
     "functions": lambda library, A, B, x, y: (
         (x / 50).exp(), (abs(x) + 1).log(), (abs(x) + 1).sqrt(), abs(x), x.max(y), x.union(x), library.arb.pi(),
-        x.floor(), x.ceil(),
     ),
     "exponential": lambda library, A, B, x, y: ((A / 300).exp(), ((A - B) / 40).exp()),
     "solution": lambda library, A, B, x, y: A.solve(B),
@@ -276,17 +275,15 @@ def test_matrices_of_rationals_know_their_shape_and_lowest_terms() -> None:
     assert (stdlib.fmpq_mat([[3]]) / 2)[0, 0] == Fraction(3, 2)
 
 
-def test_polynomials_divide_and_know_their_roots_in_order() -> None:
+def test_polynomials_add_up_multiply_and_have_values() -> None:
     p, q = stdlib.fmpq_poly([2, 3, 1, 4]), stdlib.fmpq_poly([1, 2])
-    quotient, rest = p.divided(q)
-    assert quotient * q + rest == p and (quotient.degree(), rest.degree()) == (2, 0)
     assert [c.degree() for c in (stdlib.fmpq_poly(), stdlib.fmpq_poly([5]), stdlib.fmpq_poly([1, 0, 0]), q)] == [
         -1,
         0,
         0,
         1,
     ]
-    assert (p * q).common(q * 3).coeffs() == [Fraction(1, 2), 1] and p.derivative().coeffs() == [3, 2, 12]
+    assert p.derivative().coeffs() == [3, 2, 12] and (p * q).coeffs() == [2, 7, 7, 6, 8] and q != p
     assert (p(2), stdlib.fmpq_poly()(7), (q - q).coeffs(), (-q).coeffs(), (q + 1).coeffs()) == (
         44,
         0,
@@ -294,34 +291,6 @@ def test_polynomials_divide_and_know_their_roots_in_order() -> None:
         [-1, -2],
         [2, 2],
     )
-    assert stdlib.fmpq_poly([7]).complex_roots() == [] and q != p
-    assert [(root.real.contains(-3), count) for root, count in stdlib.fmpq_poly([6, 2]).complex_roots()] == [(True, 1)]
-    # (z + 1)^2 (z - 3)(z^2 + 4)((z - 1)^2 + 1): real roots first and rising, then by the real part, upper ones first.
-    many = stdlib.fmpq_poly([1])
-    for factor in ([1, 1], [1, 1], [-3, 1], [4, 0, 1], [2, -2, 1]):
-        many = many * stdlib.fmpq_poly(factor)
-    listed = [(round(float(root.real), 9), round(float(root.imag), 9), count) for root, count in many.complex_roots()]
-    assert listed == [(-1, 0, 2), (3, 0, 1), (0, 2, 1), (0, -2, 1), (1, 1, 1), (1, -1, 1)]
-
-
-def test_roots_that_are_near_or_alike_stand_apart_and_are_held() -> None:
-    """1, 2, 3 and -3, i/2 and -i/2; i and (1 + 10^-9) i; and two that are nearer than any enclosure."""
-
-    def of(*factors: list[Any]) -> list[Any]:
-        made = stdlib.fmpq_poly([1])
-        for factor in factors:
-            made = made * stdlib.fmpq_poly(factor)
-        return [root for root, _ in made.complex_roots()]
-
-    alike = of([-1, 1], [-2, 1], [-3, 1], [3, 1], [Fraction(1, 4), 0, 1])
-    assert [(round(float(z.real)), round(2 * float(z.imag))) for z in alike] == [
-        (-3, 0), (1, 0), (2, 0), (3, 0), (0, 1), (0, -1)
-    ]  # fmt: skip
-    above = 1 + Fraction(1, 10**9)
-    for z in of([1, 0, 1], [above**2, 0, 1]):
-        assert contains(z.real, Fraction(0)) and sum(contains(abs(z.imag), root) for root in (Fraction(1), above)) == 1
-    with pytest.raises(Refused, match="not told apart"):
-        of([-1, 1], [-1 - Fraction(1, 2**250), 1])
 
 
 @pytest.mark.slow

@@ -10,7 +10,6 @@ import random
 from collections.abc import Callable, Iterator
 from fractions import Fraction
 from itertools import product
-from math import ceil, floor
 from typing import Any
 
 import flint
@@ -66,8 +65,6 @@ OPERATIONS: dict[str, tuple[Any, Callable[[Any, Any], Any], Callable[[Fraction, 
     "whole multiple": (0, lambda a, b: a * -7, lambda x, y: -7 * x),
     "quotient": (of_quotient, operator.truediv, lambda x, y: x * ONE / y),
     "larger": (1, lambda a, b: a.max(b), lambda x, y: max(x, y)),
-    "floor": (1, lambda a, b: a.floor(), lambda x, y: Fraction(floor(x / ONE) * ONE)),
-    "ceiling": (1, lambda a, b: a.ceil(), lambda x, y: Fraction(ceil(x / ONE) * ONE)),
 }
 """In how many units the result may be wider than the numbers of both balls make it; the operation; of two numbers."""
 
@@ -128,21 +125,18 @@ def test_what_follows_from_the_ends_of_whole_intervals() -> None:
         a, b = of(*one), of(*other)
         inside = range(one[0], one[1] + 1)
         near(abs(a), (min(map(abs, inside)) * Fraction(ONE), max(map(abs, inside)) * Fraction(ONE)), 0)
-        near(a.floor(), (one[0] * Fraction(ONE), one[1] * Fraction(ONE)), 0)
         near(a.union(b), (min(one[0], other[0]) * Fraction(ONE), max(one[1], other[1]) * Fraction(ONE)), 0)
         assert (a == b) is (one == other and one[0] == one[1])
         assert [ends(end) for end in (a.lower(), a.mid(), a.upper())] == [
             (end * Fraction(ONE),) * 2 for end in (one[0], Fraction(sum(one), 2), one[1])
         ]
         assert [a.contains(n) for n in range(-4, 5)] == [n in inside for n in range(-4, 5)]
-        assert a.unique_fmpz() == (one[0] if one[0] == one[1] else None) and a.is_finite()
+        assert a.is_finite()
         if other[0] <= 0 <= other[1]:
             with pytest.raises(Refused):
                 a / b
-    near(of(Fraction(1, 2), Fraction(5, 2)).floor(), (Fraction(0), Fraction(2 * ONE)), 0)
     near(abs(ball(1, 4)), (Fraction(0), Fraction(5)), 1)
     assert ball(0, 0) < ball(1, 0) and ball(1, 0) > ball(0, 0) and not ball(0, 1) < ball(1, 0)
-    assert ball(1, 0).unique_fmpz() is None and ball(ONE, 1).unique_fmpz() is None
 
 
 def test_a_number_is_rounded_outwards_and_a_default_is_zero() -> None:

@@ -9,7 +9,7 @@ from flint import arb, arb_mat, arb_poly, fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify import kernel
 from replication.verify.algebra.linear import identity, zeros
-from replication.verify.kernel import AtMost, Below, Hurwitz, Nonnegative, Positive, Within, decide, holds
+from replication.verify.kernel import at_most, decide, definite, holds, hurwitz, less, semidefinite, within
 from replication.verify.run import verify
 from replication.verify.theorem import Refused
 
@@ -23,30 +23,30 @@ BALL = arb(0, fmpq(1, 2))
 
 
 def test_positive_definite() -> None:
-    decide(Positive(DEFINITE, "M"))
-    decide(Positive(DEFINITE / 7, "M"))
-    decide(Positive(identity(1), "M"))
+    decide(definite(DEFINITE, "M"))
+    decide(definite(DEFINITE / 7, "M"))
+    decide(definite(identity(1), "M"))
     # By 10^-60 only.
     near = fmpq_mat([[1, 1 - fmpq(1, 10**60)], [1 - fmpq(1, 10**60), 1]])
-    decide(Positive(near, "M"))
+    decide(definite(near, "M"))
 
 
 @pytest.mark.parametrize("M", [SINGULAR, INDEFINITE, HOLLOW, -DEFINITE, zeros(2, 2), fmpq_mat([[0, 0], [0, 1]])])
 def test_not_positive_definite(M: fmpq_mat) -> None:
     with pytest.raises(Refused, match="M is not positive definite"):
-        decide(Positive(M, "M"))
+        decide(definite(M, "M"))
 
 
 def test_semidefinite() -> None:
     for M in (DEFINITE, SINGULAR, zeros(2, 2), zeros(3, 3), identity(2)):
-        decide(Nonnegative(M, "M"))
+        decide(semidefinite(M, "M"))
     for M in (INDEFINITE, HOLLOW, -SINGULAR, -identity(3), -identity(1)):
         with pytest.raises(Refused, match="M is not positive semidefinite"):
-            decide(Nonnegative(M, "M"))
+            decide(semidefinite(M, "M"))
 
 
 def test_definiteness_is_for_symmetric_matrices() -> None:
-    for judgement in (Positive, Nonnegative):
+    for judgement in (definite, semidefinite):
         with pytest.raises(Refused, match="M is not symmetric"):
             decide(judgement(SKEW, "M"))
 
@@ -61,7 +61,7 @@ def test_definiteness_is_for_symmetric_matrices() -> None:
     ],
 )
 def test_positive_definite_by_the_lower_triangle(M: list[list[arb]]) -> None:
-    decide(Positive(arb_mat(M), "M"))
+    decide(definite(arb_mat(M), "M"))
 
 
 @pytest.mark.parametrize(
@@ -80,22 +80,22 @@ def test_positive_definite_by_the_lower_triangle(M: list[list[arb]]) -> None:
 )
 def test_what_is_not_proved_positive_definite(M: list[list[arb]], pivot: int) -> None:
     with pytest.raises(Refused, match=f"M is not proved positive definite: pivot {pivot} is"):
-        decide(Positive(arb_mat(M), "M"))
+        decide(definite(arb_mat(M), "M"))
 
 
 def test_only_square_matrices_are_definite() -> None:
     for M in ([[1, 0]], [[1], [0]]):
         with pytest.raises(Refused, match="M is not square"):
-            decide(Positive(arb_mat(M), "M"))
+            decide(definite(arb_mat(M), "M"))
 
 
 def test_balls_are_less_only_if_all_points_are() -> None:
-    assert holds(Below(arb(1, 0.5), arb(3, 1), "no")) and holds(AtMost(arb(1), arb(1), "no"))
+    assert holds(less(arb(1, 0.5), arb(3, 1), "no")) and holds(at_most(arb(1), arb(1), "no"))
     for first, second in ((arb(1), arb(1)), (arb(1, 0.5), arb(1.75, 0.5)), (2, 1), (fmpq(1), 1), (arb("nan"), 1)):
-        assert Below(first, second, "the reason").failure() == "the reason"
+        assert less(first, second, "the reason") == "the reason"
     for first, second in ((arb(1, 0.5), arb(1.75, 0.5)), (2, 1), (fmpq(3, 2), fmpq(1)), (0, arb("nan"))):
-        assert AtMost(first, second, "the reason").failure() == "the reason"
-    assert not AtMost(fmpq(1), 1, "no").failure() and not Below(0, fmpq(1, 9), "no").failure()
+        assert at_most(first, second, "the reason") == "the reason"
+    assert not at_most(fmpq(1), 1, "no") and not less(0, fmpq(1, 9), "no")
 
 
 @pytest.mark.parametrize(
@@ -122,7 +122,7 @@ def test_balls_are_less_only_if_all_points_are() -> None:
     ],
 )
 def test_schur(coefficients: list[int], stable: bool) -> None:
-    assert holds(Within(fmpq_poly(coefficients), "roots")) is stable
+    assert holds(within(fmpq_poly(coefficients), "roots")) is stable
 
 
 def companion(*coefficients: int) -> fmpq_mat:
@@ -135,21 +135,21 @@ def companion(*coefficients: int) -> fmpq_mat:
 # s + 1, s^2 + s + 1, (s + 1)^3, s^4 + 2 s^3 + 3 s^2 + 2 s + 1, s^3 + s^2 + 2 s + 1, (s + 1)^5.
 @pytest.mark.parametrize("M", [(1,), (1, 1), (1, 3, 3), (1, 2, 3, 2), (1, 2, 1), (1, 5, 10, 10, 5)])
 def test_hurwitz(M: tuple[int, ...]) -> None:
-    decide(Hurwitz(companion(*M), "M"))
+    decide(hurwitz(companion(*M), "M"))
 
 
 @pytest.mark.parametrize("M", [(0,), (-1,), (1, 0), (0, 1), (-1, 1), (1, 1, 1), (4, 2, 1), (0, 1, 1), (1, 1, 1, 1)])
 def test_not_hurwitz(M: tuple[int, ...]) -> None:
     with pytest.raises(Refused, match="M is not Hurwitz"):
-        decide(Hurwitz(companion(*M), "M"))
+        decide(hurwitz(companion(*M), "M"))
 
 
 def test_schur_of_a_high_degree_ends() -> None:
     """Of degree 60: a recursion that multiplies by both ends would double the digits 60 times."""
     inside = fmpq_poly([fmpq(1, 3), *[fmpq(1, 1000 + k) for k in range(59)], 1])
-    assert holds(Within(inside, "roots"))
-    assert not holds(Within(fmpq_poly(inside.coeffs()[::-1]), "roots"))
-    assert holds(Within(fmpq_poly([fmpq(1, 2), *[0] * 59, 1]), "roots"))
+    assert holds(within(inside, "roots"))
+    assert not holds(within(fmpq_poly(inside.coeffs()[::-1]), "roots"))
+    assert holds(within(fmpq_poly([fmpq(1, 2), *[0] * 59, 1]), "roots"))
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -157,11 +157,11 @@ def test_roots_within_a_circle_are_told_from_roots_outside(seed: int) -> None:
     rng = np.random.default_rng(seed)
     coefficients = [*rng.integers(-9, 10, size=int(rng.integers(1, 6))).tolist(), 3]
     polynomial, size = arb_poly(coefficients), float(max(abs(np.roots(coefficients[::-1]))))
-    decide(Within(polynomial, "roots", fmpq(int(size * 1001) + 1, 1000)))
+    decide(within(polynomial, "roots", fmpq(int(size * 1001) + 1, 1000)))
     with pytest.raises(Refused, match="roots are not proved to lie inside"):
-        decide(Within(polynomial, "roots", fmpq(int(size * 999), 1000)))
+        decide(within(polynomial, "roots", fmpq(int(size * 999), 1000)))
     with pytest.raises(Refused, match="roots are not proved to lie inside"):
-        decide(Within(arb_poly([-1, 1]), "roots"))
+        decide(within(arb_poly([-1, 1]), "roots"))
 
 
 PROVED = (

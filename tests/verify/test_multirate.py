@@ -23,7 +23,6 @@ from replication.verify.multirate.sensing import (
     recurrent,
     require_turn,
     schedule,
-    select,
     unseen_for_long,
     unseen_forever,
 )
@@ -80,7 +79,7 @@ def test_resonance_and_instability_have_no_ratio() -> None:
 
 def sensor(A: fmpq_mat, measured: list[list[int]] | None = None) -> Sensing:
     """One state, disturbed by d, measured with noise 2 w; W = 3."""
-    return select(A, ONE, column(3), ONE, column(2), measured or [[0]])
+    return Sensing(A, ONE, column(3), ONE, column(2), measured or [[0]])
 
 
 def test_what_no_sensor_shows_forever_is_exact() -> None:
@@ -108,7 +107,7 @@ def test_what_no_sensor_shows_for_long_is_exact() -> None:
 
 
 def test_the_smallest_concealing_noise() -> None:
-    wide = select(identity(1), ONE, ONE, ONE, row(1, 2), [[0]])
+    wide = Sensing(identity(1), ONE, ONE, ONE, row(1, 2), [[0]])
     assert wide.concealing(0, ONE) == column("-1/5", "-2/5")
 
 

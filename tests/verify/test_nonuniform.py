@@ -79,7 +79,7 @@ def test_a_half_space_by_hand() -> None:
     filter_ = {"A": [["0"]], "B": [["1"]], "C": [["1"]]}
     plant = {name: [[entry]] for name, entry in {"A": "-1", "B": "1", "C": "1", "D": "3", "L": "1"}.items()}
     plant |= {"name": "own", "h_l": ["1/2", "0"], "h_u": ["3/2", "0"], "filter": filter_}
-    read = system.read_filtered(plant, "plant")
+    read = system.read_plant(plant)
     assert read.filter is not None
     (normal,), limit = smallgain.half_space(
         read, read.filter, HALF, [smallgain.read_point({"turn": "0", "u": ["2", "0"]}, "p")]

@@ -4,13 +4,17 @@ import re
 from collections.abc import Iterable, Sequence
 from fractions import Fraction
 from functools import reduce
+from itertools import combinations
 from math import ceil, floor
 from typing import Any
 
-from flint import acb, acb_mat, acb_poly, arb, arb_mat, fmpq, fmpq_mat, fmpq_poly
+from flint import acb, acb_mat, acb_poly, arb, arb_mat, ctx, fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify.algebra.work import spend_characteristic, spend_on_roots, spend_product, spend_solution
 from replication.verify.theorem import Refused, require
+
+STEPS, FINER = 200, 4
+"""Of the search for roots, which ends as soon as nothing moves any more; how much finer its balls are than others."""
 
 
 def zeros(rows: int, columns: int) -> fmpq_mat:
@@ -88,8 +92,8 @@ def ends(ball: arb) -> tuple[fmpq, fmpq]:
 
 def rounded_ends(ball: arb, bits: int = 40) -> tuple[fmpq, fmpq]:
     """Multiples of 2^-bits on both sides of a ball."""
-    low, high = (ball * 2**bits).lower().floor(), (ball * 2**bits).upper().ceil()
-    return fmpq(low.unique_fmpz(), 2**bits), fmpq(high.unique_fmpz(), 2**bits)
+    low, high = ends(ball)
+    return fmpq(floor(low * 2**bits), 2**bits), fmpq(ceil(high * 2**bits), 2**bits)
 
 
 def largest(values: Sequence[arb]) -> arb:
@@ -142,10 +146,41 @@ def hold(A: fmpq_mat, B: fmpq_mat, time: fmpq | arb) -> tuple[arb_mat, arb_mat]:
 
 
 def roots(polynomial: fmpq_poly) -> list[acb]:
-    """Enclosures of all complex roots, each as often as its multiplicity; apart from each other unless equal."""
+    """Enclosures of all roots; refused where they are not told apart, as a root is not that occurs twice.
+
+    As many balls of `root_near`, apart from each other, as there are roots hold one each. If the mirror image of a ball
+    belongs to it, so does that of its root, which is then real.
+    """
     spend_on_roots(polynomial)
-    pairs: list[tuple[acb, int]] = polynomial.complex_roots()  # type: ignore[assignment]  # its stubs say otherwise
-    return [root for root, multiplicity in pairs for _ in range(multiplicity)]
+    guesses = _guesses(polynomial)
+    with ctx.workprec(FINER * ctx.prec):
+        whole = acb_poly(polynomial.coeffs())
+        near = [root_near(whole, guess) for guess in guesses]
+    near = [acb(z.real, z.imag.union(-z.imag)) if z.imag.contains(0) else z for z in near]
+    apart = all(not (first - second).contains(0) for first, second in combinations(near, 2))
+    require(apart, "the roots of a polynomial are not told apart")
+    return [acb(z.real) if z.imag.contains(0) else z for z in near]
+
+
+def _guesses(polynomial: fmpq_poly) -> list[acb]:
+    """Approximations of all roots, by the iteration of Durand and Kerner in middles of balls, as doubles; nothing is
+    proved.
+    """
+    with ctx.workprec(FINER * ctx.prec):
+        whole = acb_poly(polynomial.coeffs())
+        *others, leading = whole.coeffs()
+        size = largest([abs(c / leading) for c in others]).mid() + 1
+        points = [acb(fmpq(2, 5), fmpq(9, 10)) ** k * size for k in range(len(others))]
+        for _ in range(STEPS):
+            before = [*points]
+            for i, z in enumerate(points):
+                factors = (z - other for j, other in enumerate(points) if j != i)
+                apart = reduce(lambda total, factor: (total * factor).mid(), factors, leading)
+                points[i] = z if apart.contains(0) else (z - whole(z) / apart).mid()
+            if points == before:
+                break
+    doubles = [[fmpq(*float(part).as_integer_ratio()) for part in (z.real, z.imag)] for z in points]
+    return [complex_of((a, b if abs(b) * 2**53 > abs(a) else fmpq(0))) for a, b in doubles]
 
 
 def root_near(polynomial: acb_poly, guess: acb) -> acb:

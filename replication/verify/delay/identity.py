@@ -15,7 +15,7 @@ from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, identity, zeros
 from replication.verify.algebra.symbolic import NONE, Letter, Words, letter, number, one
-from replication.verify.kernel import Below, Identity, Positive, decide
+from replication.verify.kernel import decide, definite, identical, less
 from replication.verify.predicate import Says
 from replication.verify.reading import one_of, sequence, sized, text
 from replication.verify.statement import statement
@@ -142,7 +142,7 @@ def residual(delays: Sequence[int], misprint: str) -> Words:
 def require_identity(misprints: Sequence[str]) -> None:
     """Refuse unless the corrected identity holds, and none with one of the misprints does."""
     for count in range(MOST + 1):
-        decide(Identity(residual(range(1, count + 1), ""), NONE, f"the corrected statement with {count} delays"))
+        decide(identical(residual(range(1, count + 1), ""), NONE, f"the corrected statement with {count} delays"))
     for misprint in misprints:
         fails = not residual(range(1, MOST + 1), misprint).is_zero()
         require(fails, f"the identity holds with {MISPRINTS[misprint]} as printed")
@@ -195,10 +195,10 @@ def observer_bound() -> None:
     Z, z = P * L, C1 * e
     along = e.T * P * ((A + L * C2) * e - (B + L * D) * w) * 2
     form = e.T * (P * A + Z * C2) * e * 2 - e.T * (P * B + Z * D) * w * 2
-    decide(Identity(canonical(along - form), NONE, "the rate of V as the form"))
+    decide(identical(canonical(along - form), NONE, "the rate of V as the form"))
     square = (z - v * GAMMA).T * (z - v * GAMMA)
     supply = (v.T * z * 2 - v.T * v * GAMMA) * GAMMA
-    decide(Identity(canonical(supply - z.T * z + square), NONE, "with v = z/gamma the supply as |z|^2/gamma"))
+    decide(identical(canonical(supply - z.T * z + square), NONE, "with v = z/gamma the supply as |z|^2/gamma"))
     require_self_adjoint(fmpq(1))
 
 
@@ -212,10 +212,10 @@ def require_self_adjoint(turn: fmpq) -> None:
     P = unit + J * turn
     A = P.inv() * (J * 2 - unit)
     rate = P * A + (P * A).transpose()
-    decide(Positive(P + P.transpose(), "P + P'"))
+    decide(definite(P + P.transpose(), "P + P'"))
     form = block([[rate, -P, unit], [-P.transpose(), unit * -2, zeros(2, 2)], [unit, zeros(2, 2), unit * -2]])
-    decide(Positive(form * -1, "the inequality of Theorem 1"))
-    decide(Below(0, A[0, 0] + A[1, 1], "the error of the example with P that is not self-adjoint may vanish"))
+    decide(definite(form * -1, "the inequality of Theorem 1"))
+    decide(less(0, A[0, 0] + A[1, 1], "the error of the example with P that is not self-adjoint may vanish"))
 
 
 # Theorem 4 and Lemma 5 of Peet and Gu in letters: the inverse of an operator (8), and the gains that it gives.
@@ -323,7 +323,7 @@ def example() -> dict[str, fmpq]:
 def require_correction(corrected: Sequence[Words], printed: Sequence[Words], at: Mapping[str, fmpq], what: str) -> None:
     """Refuse unless all residuals of the corrected formulas vanish, and not all printed ones in an example."""
     for i, residual in enumerate(corrected):
-        decide(Identity(residual.reduced(rules()), NONE, f"row {i} of {what} as corrected"))
+        decide(identical(residual.reduced(rules()), NONE, f"row {i} of {what} as corrected"))
     require(any(residual.at(at) != 0 for residual in printed), f"{what} holds as printed")
 
 
@@ -350,6 +350,6 @@ def present_only() -> None:
     formulas = {name: gain.without(*zero) for name, gain in gains(*inverse(printed=False)).items()}
     Pi, Z_0, Z_2 = named("Pi Z_0 Z_2")
     for name, expected in {"L_0": Pi * Z_0, "L_2": Pi * Z_2}.items():
-        decide(Identity(formulas.pop(name), expected, f"the formula of {name}"))
+        decide(identical(formulas.pop(name), expected, f"the formula of {name}"))
     for name, gain in formulas.items():
-        decide(Identity(gain, NONE, f"that {name} is zero"))
+        decide(identical(gain, NONE, f"that {name} is zero"))

@@ -11,15 +11,7 @@ from flint import acb, fmpq, fmpq_mat
 from replication.verify.algebra.linear import below, block, zeros
 from replication.verify.algebra.work import bits, multiplying, spend
 from replication.verify.delay import sos
-from replication.verify.delay.plant import (
-    DelayPlant,
-    Hidden,
-    characteristic,
-    measured_last,
-    on_plant,
-    read_hidden,
-    require_hidden,
-)
+from replication.verify.delay.plant import DelayPlant, characteristic, hidden, measured_last, on_plant, require_hidden
 from replication.verify.delay.sos import (
     BUMP,
     UNIFORM,
@@ -32,7 +24,7 @@ from replication.verify.delay.sos import (
     read_proof,
     require_level,
 )
-from replication.verify.kernel import AtMost, Below, Nonnegative, decide
+from replication.verify.kernel import at_most, decide, less, semidefinite
 from replication.verify.predicate import Chosen, Says
 from replication.verify.reading import (
     fields,
@@ -42,6 +34,7 @@ from replication.verify.reading import (
     one_of,
     positive,
     rational,
+    record,
     sequence,
     several,
     sized,
@@ -100,7 +93,6 @@ def ratio(degree: int) -> Says:
 
 REACHED = Says(quantity=GAIN, estimators=OBSERVERS, setting={}, readings=UNDER)
 FEASIBLE = Says(quantity=MET, setting={}, readings=UNDER, found=lambda known: Found(holds=True))
-HIDDEN = Depends(lambda values: sized(read_hidden, values.plant.states))
 PROOF = Depends(lambda values: sized(read_proof, values.plant.states))
 
 
@@ -147,27 +139,27 @@ def narrow_upper(plant: DelayPlant, degree: int, rule: str, upper: fmpq, witness
     require_level(plant, upper, degree, witness, rule)
 
 
-@on_plant("delay.gain-lower", bound=LOWER, witness=HIDDEN, says=tuple(at(degree, ALL) for degree in DEGREES))
-def gain_lower(plant: DelayPlant, lower: fmpq, witness: Hidden) -> None:
+@on_plant("delay.gain-lower", bound=LOWER, witness=Depends(hidden), says=tuple(at(degree, ALL) for degree in DEGREES))
+def gain_lower(plant: DelayPlant, lower: fmpq, frequency: fmpq, state: fmpq_mat) -> None:
     """The plant< {plant.name}|>: no observer, causal or not, has an L2 gain from w to the error of z below
-    {lower:down}: near {witness.frequency:down 6} rad/s a disturbance with y = 0 has that gain to z.
+    {lower:down}: near {frequency:down 6} rad/s a disturbance with y = 0 has that gain to z.
     """
-    require_hidden(plant, lower, witness)
+    require_hidden(plant, lower, frequency, state)
 
 
 @on_plant(
     "delay.near-optimal",
     parameters={"degree": DEGREE, "factor": positive},
-    witness={"level": positive, "hidden": HIDDEN, "sos": PROOF},
+    witness={"level": positive, "hidden": Depends(lambda values: sized(record, hidden(values))), "sos": PROOF},
     holds=True,
     says=(*map(ratio, DEGREES), FEASIBLE),
 )
-def near_optimal(plant: DelayPlant, degree: int, factor: fmpq, level: fmpq, hidden: Hidden, sos: Proof) -> None:
+def near_optimal(plant: DelayPlant, degree: int, factor: fmpq, level: fmpq, hidden: dict[str, Any], sos: Proof) -> None:
     """The plant< {plant.name}|>: the observer with the gains of a storage of degree {degree}< that meets Theorem 3 with
     some positive eps|> has an L2 gain below {level:up}, and at most {factor} times that of any observer, causal or not.
     """
     require_level(plant, level, degree, sos)
-    require_hidden(plant, level / factor, hidden)
+    require_hidden(plant, level / factor, **hidden)
 
 
 @on_plant("delay.unstable", witness={"left": positive, "right": positive}, holds=True, says="unstable")
@@ -179,7 +171,7 @@ def unstable(plant: DelayPlant, left: fmpq, right: fmpq) -> None:
     """
     require(left < right, "witness.left must be below witness.right")
     ends = [characteristic(plant, acb(point)).det().real for point in (left, right)]
-    decide(Below(ends[0] * ends[1], 0, "det M does not change its sign between the two points"))
+    decide(less(ends[0] * ends[1], 0, "det M does not change its sign between the two points"))
 
 
 @statement(
@@ -296,13 +288,13 @@ def _require_functional(
     sos.require_zero(functional.weights, plant, cancelled=True, what="the functional sees what Z cancels")
     supply, without = (_inner(functional.weights.P, sos.supplied(plant, fmpq(gamma))) for gamma in (0, 1))
     level = supply - without
-    decide(Below(0, level, "the functional is not positive on |w|^2 + |v|^2"))
-    decide(AtMost(lower * level, supply, f"the functional gives {below(supply / level)} only"))
+    decide(less(0, level, "the functional is not positive on |w|^2 + |v|^2"))
+    decide(at_most(lower * level, supply, f"the functional gives {below(supply / level)} only"))
     on_cones = {"N": functional.weights, "dV/dt": functional.of_rate(plant)}
     for weight, order, powers in squares:
         for name, weights in on_cones.items():
             gram = _on_squares(weights, plant.late.ncols(), weight, order, powers)
-            decide(Nonnegative(gram, f"the functional on {name} of degree {order}"))
+            decide(semidefinite(gram, f"the functional on {name} of degree {order}"))
 
 
 def _length(W: Form) -> int:

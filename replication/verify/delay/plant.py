@@ -24,7 +24,7 @@ from replication.verify.algebra.linear import (
     zeros,
 )
 from replication.verify.algebra.work import PLACE, bits, spend, spend_elimination
-from replication.verify.kernel import AtMost, Below, Equal, Positive, decide
+from replication.verify.kernel import at_most, decide, definite, equal, less
 from replication.verify.predicate import Says
 from replication.verify.reading import (
     fields,
@@ -40,7 +40,7 @@ from replication.verify.reading import (
     symmetric,
     text,
 )
-from replication.verify.statement import LOWER, UPPER, Depends, statement
+from replication.verify.statement import LOWER, UPPER, Depends, Table, statement
 from replication.verify.theorem import require
 
 
@@ -103,7 +103,7 @@ def measured_last(plant: DelayPlant, new: fmpq_mat) -> DelayPlant:
     back = new.inv()
     sensor = plant.C2 * back
     require(q <= n, "C2 has more rows than columns")
-    decide(Equal(submatrix(sensor, range(q), range(n - q)), zeros(q, n - q), "C2 is not [0 c] after the change"))
+    decide(equal(submatrix(sensor, range(q), range(n - q)), zeros(q, n - q), "C2 is not [0 c] after the change"))
     require(submatrix(sensor, range(q), range(n - q, n)).det() != 0, "c in C2 = [0 c] has no inverse")
     count = len(plant.delays)
     return replace(
@@ -135,35 +135,26 @@ def exponential(argument: acb) -> acb:
     return (-argument).exp()
 
 
-@dataclass(frozen=True)
-class Hidden:
-    """A frequency in rad/s, and the state (n, 1) that moves along it."""
-
-    frequency: fmpq
-    state: fmpq_mat
+def hidden(values: Any) -> Table:
+    """The readers of a frequency in rad/s, and of the state (n, 1) that moves along it."""
+    return {"frequency": rational, "state": sized(matrix, values.plant.states, 1)}
 
 
-def read_hidden(value: Any, path: str, n: int) -> Hidden:
-    """{frequency, state} of a plant with n states."""
-    frequency, state = fields(value, path, "frequency", "state")
-    return Hidden(rational(frequency, f"{path}.frequency"), matrix(state, f"{path}.state", n, 1))
-
-
-def require_hidden(plant: DelayPlant, gamma: fmpq, hidden: Hidden, lag: Lag = exponential) -> None:
+def require_hidden(plant: DelayPlant, gamma: fmpq, frequency: fmpq, state: fmpq_mat, lag: Lag = exponential) -> None:
     """Refuse unless a state x with C2 x = 0 has |C(iw) x| >= gamma |B^-1 M(iw) x| at the frequency w of the witness.
 
     C(s) = C10 + sum C1_i lag(s tau_i), and B must have an inverse.
     """
-    n, x = plant.states, hidden.state
-    decide(Equal(plant.C2 * x, zeros(plant.C2.nrows(), 1), "witness.state is seen by y: C2 x is not zero"))
+    n = plant.states
+    decide(equal(plant.C2 * state, zeros(plant.C2.nrows(), 1), "witness.state is seen by y: C2 x is not zero"))
     spend_elimination(n, 2 * n, bits(plant.B), "the inverse of B")
     require(plant.B.ncols() == n and plant.B.det() != 0, "B has no inverse, so that no disturbance is known to fit")
-    s, state = acb(0, arb(hidden.frequency)), acb_mat(x)
-    w = acb_mat(plant.B.inv()) * characteristic(plant, s, lag) * state
-    z = (acb_mat(plant.C10) + delayed(plant.late_output, plant, s, lag)) * state
-    decide(Below(0, energy(z), "witness.state does not move z at this frequency"))
+    s, x = acb(0, arb(frequency)), acb_mat(state)
+    w = acb_mat(plant.B.inv()) * characteristic(plant, s, lag) * x
+    z = (acb_mat(plant.C10) + delayed(plant.late_output, plant, s, lag)) * x
+    decide(less(0, energy(z), "witness.state does not move z at this frequency"))
     unreached = f"the gain at this frequency is not proved to reach {below(gamma)}"
-    decide(AtMost(arb(gamma) ** 2 * energy(w), energy(z), unreached))
+    decide(at_most(arb(gamma) ** 2 * energy(w), energy(z), unreached))
 
 
 def characteristic(plant: DelayPlant, s: acb, lag: Lag = exponential) -> acb_mat:
@@ -222,7 +213,7 @@ def pade_upper(plant: DelayPlant, order: int, upper: fmpq, change: fmpq_mat, sec
     A, B, C = model(plant, section)
     size, n, q = A.nrows(), plant.states, plant.C2.nrows()
     require(P.nrows() == size, f"witness.P must have {size} rows, got {P.nrows()}")
-    decide(Positive(P, "witness.P"))
+    decide(definite(P, "witness.P"))
     indices = [*range(n - q), *range(n, size)]
     drift = P * A
     corner = submatrix(drift + drift.transpose(), indices, indices)
@@ -236,22 +227,22 @@ def pade_upper(plant: DelayPlant, order: int, upper: fmpq, change: fmpq_mat, sec
             [output, zeros(p, r), identity(p) * -upper],
         ]
     )
-    decide(Positive(-inequality, f"minus LMI (3) on the kernel of the measurement, level {above(upper)},"))
+    decide(definite(-inequality, f"minus LMI (3) on the kernel of the measurement, level {above(upper)},"))
 
 
 @on_plant(
     "delay.pade-lower",
     parameters={"order": ORDER},
     bound=LOWER,
-    witness=Depends(lambda values: sized(read_hidden, values.plant.states)),
+    witness=Depends(hidden),
     says=LEAST,
 )
-def pade_lower(plant: DelayPlant, order: int, lower: fmpq, witness: Hidden) -> None:
+def pade_lower(plant: DelayPlant, order: int, lower: fmpq, frequency: fmpq, state: fmpq_mat) -> None:
     """The plant< {plant.name}|>: <LMI (3)|the bounded real LMI of an observer> on its Pade approximation of order
-    {order} is infeasible below {lower:down}: near {witness.frequency:down 6} rad/s a disturbance with y = 0 has that
+    {order} is infeasible below {lower:down}: near {frequency:down 6} rad/s a disturbance with y = 0 has that
     gain.
     """
-    require_hidden(plant, lower, witness, lambda argument: lag(order, argument))
+    require_hidden(plant, lower, frequency, state, lambda argument: lag(order, argument))
 
 
 def read_section(value: Any, path: str, order: int) -> Section:
@@ -262,11 +253,11 @@ def read_section(value: Any, path: str, order: int) -> Section:
     mirrored = fmpq_poly([coefficient * (-1) ** k for k, coefficient in enumerate(q.coeffs())])
     leading = q.coeffs()[-1]
     decide(
-        Equal(characteristic_polynomial(a) * leading, q, f"the poles of {path} are not those of the Pade approximant")
+        equal(characteristic_polynomial(a) * leading, q, f"the poles of {path} are not those of the Pade approximant")
     )
     # c (s - a)^-1 b + d = (det(s - a + b c) - det(s - a)) / det(s - a) + d
     numerator = characteristic_polynomial(a - b * c) + characteristic_polynomial(a) * (d - 1)
-    decide(Equal(numerator * leading, mirrored, f"the numerator of {path} is not that of the Pade approximant"))
+    decide(equal(numerator * leading, mirrored, f"the numerator of {path} is not that of the Pade approximant"))
     return a, b, c, d
 
 

@@ -15,7 +15,7 @@ from flint import fmpq, fmpq_mat
 from replication.verify.algebra.linear import block, identity, submatrix, zeros
 from replication.verify.algebra.work import PLACE, spend
 from replication.verify.delay.plant import DelayPlant, measured_last
-from replication.verify.kernel import Equal, Positive, decide
+from replication.verify.kernel import decide, definite, equal
 from replication.verify.reading import Reader, matrix, record, sequence, sized, symmetric
 from replication.verify.theorem import require
 
@@ -143,7 +143,7 @@ def of_grams(grams: Sequence[fmpq_mat], path: str, points: int, functions: int, 
     for gram, (weight, order, powers) in zip(grams, bases(degree, rule), strict=True):
         size, name = basis_size(points, functions, order, powers), f"{path} of degree {order}"
         require(gram.nrows() == size, f"{name} must have {size} rows, got {gram.nrows()}")
-        decide(Positive(gram, name))
+        decide(definite(gram, name))
         parts.append(square(gram, weight, points, functions, order, powers))
     return total(*parts)
 
@@ -290,4 +290,4 @@ def require_zero(form: Form, plant: DelayPlant, *, cancelled: bool, what: str) -
         for i in range(part.nrows()):
             for j in range(part.ncols()):
                 if reached(i, j) is cancelled:
-                    decide(Equal(part[i, j], 0, f"{what} in {name}: entry ({i}, {j}) is {part[i, j]}"))
+                    decide(equal(part[i, j], 0, f"{what} in {name}: entry ({i}, {j}) is {part[i, j]}"))

@@ -1,7 +1,6 @@
 """Statements on the dual-rate loops of Shao et al.: radius and stability by Φ, growth that a reference excites."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from flint import acb, acb_mat, acb_poly, arb, fmpq, fmpq_mat, fmpq_poly
@@ -19,10 +18,10 @@ from replication.verify.dualrate.loop import (
     read_loop,
 )
 from replication.verify.dualrate.response import require_position_form, steady_start
-from replication.verify.kernel import Below, Equal, Hurwitz, Within, decide
+from replication.verify.kernel import decide, equal, hurwitz, less, within
 from replication.verify.predicate import NO_READING, Says
-from replication.verify.reading import fields, integer, matrix, one_of, positive, rational, sequence, several, sized
-from replication.verify.statement import BOTH, Depends, statement
+from replication.verify.reading import as_written, integer, matrix, one_of, positive, rational, sequence, several, sized
+from replication.verify.statement import BOTH, Depends, Table, statement
 from replication.verify.theorem import Found, require
 
 RADIUS = "spectral radius over a slow period"
@@ -59,8 +58,8 @@ def radius(plant: Loop, observer: Observer, lower: fmpq, upper: fmpq, root: acb)
     spectral radius {lower:down} to {upper:up}.
     """
     modulus = abs(eigenvalue_near(plant, observer, root))
-    decide(Below(lower, modulus, f"the eigenvalue is not proved to be at least {below(lower)} in modulus"))
-    decide(Within(monodromy(plant, observer), "the eigenvalues of Φ", upper))
+    decide(less(lower, modulus, f"the eigenvalue is not proved to be at least {below(lower)} in modulus"))
+    decide(within(monodromy(plant, observer), "the eigenvalues of Φ", upper))
 
 
 @on_loop(
@@ -74,8 +73,8 @@ def stable(plant: Loop, observer: Observer, radius: fmpq) -> None:
     """Without a reference {observer.words}< of the plant {plant.name}|> ({plant.data}, T = {plant.T} s) is stable: its
     spectral radius over one slow period is below {radius:up}.
     """
-    decide(Below(radius, 1, f"witness.radius must be below one, got {radius}"))
-    decide(Within(monodromy(plant, observer), "the eigenvalues of Φ", radius))
+    decide(less(radius, 1, f"witness.radius must be below one, got {radius}"))
+    decide(within(monodromy(plant, observer), "the eigenvalues of Φ", radius))
 
 
 def read_starts(value: Any, path: str, loop: Loop) -> dict[str, list[fmpq]]:
@@ -114,7 +113,7 @@ def no_bounded_error(
     """
     require_position_form(plant)
     root = eigenvalue_near(plant, observer, root)
-    decide(Below(1, abs(root), "the eigenvalue is not proved to lie outside the unit circle"))
+    decide(less(1, abs(root), "the eigenvalue is not proved to lie outside the unit circle"))
     for name, estimate in starts.items():
         c = excitation(plant, observer, frequency, root, [*plant.start.entries(), *estimate])
         require(not c.contains(0), f"the eigenvalue is not proved to be excited and seen from {name}")
@@ -151,34 +150,23 @@ def applied(polynomial: acb_poly, row: acb_mat, matrix: acb_mat) -> acb_mat:
 LARGEST_ORDER = 20
 """Of a derivative in the feedforward."""
 PARAMETERS = ("R", "Psi", "Lq", "p", "Bw", "J", "KT")
-
-
-@dataclass(frozen=True)
-class Motor:
-    """The parameters of the motor by their symbols, and A (3, 3), B (3, 1), C (1, 3)."""
-
-    given: Mapping[str, fmpq]
-    A: fmpq_mat
-    B: fmpq_mat
-    C: fmpq_mat
-
-
-def read_motor(value: Any, path: str) -> Motor:
-    """The motor of a certificate."""
-    _, *values, A, B, C = fields(value, path, "name", *PARAMETERS, "A", "B", "C")
-    numbers = {name: positive(number, f"{path}.{name}") for name, number in zip(PARAMETERS, values, strict=True)}
-    return Motor(numbers, matrix(A, f"{path}.A", 3, 3), matrix(B, f"{path}.B", 3, 1), matrix(C, f"{path}.C", 1, 3))
+MOTOR: Table = {
+    "name": as_written,
+    **dict.fromkeys(PARAMETERS, positive),
+    **{"A": sized(matrix, 3, 3), "B": sized(matrix, 3, 1), "C": sized(matrix, 1, 3)},
+}
+"""The parameters of the motor by their symbols, and its matrices."""
 
 
 @statement(
     "dualrate.torque-constant",
-    plant=read_motor,
+    plant=MOTOR,
     bound=None,
     says=Says(quantity="torque constant", readings=("surface-magnets",)),
 )
-def torque_constant(plant: Motor) -> Found:
+def torque_constant(p: fmpq, Psi: fmpq, **_: Any) -> Found:
     """1.5 p Ψ_f is {value} N m/A."""
-    return _computed(fmpq(3, 2) * plant.given["p"] * plant.given["Psi"])
+    return _computed(fmpq(3, 2) * p * Psi)
 
 
 @on_loop("dualrate.slow-period", bound=None, says="slow period")
@@ -187,30 +175,30 @@ def slow_period(plant: Loop) -> Found:
     return _computed(plant.M * plant.T)
 
 
-@statement("dualrate.coordinates", source="shao", plant=read_motor, holds=True, says="coordinates of the motor")
-def coordinates(plant: Motor) -> None:
+@statement("dualrate.coordinates", source="shao", plant=MOTOR, holds=True, says="coordinates of the motor")
+def coordinates(A: fmpq_mat, B: fmpq_mat, C: fmpq_mat, **motor: Any) -> None:
     """With x = (θ, ω, ω') the equations (23) with these parameters are those of A, B and C, exactly.
 
     (23) with z = (i_q, ω, θ), z' = N z + e u_q, and x = S z = (θ, ω, ω'): S N = A S, S e = B and C S z = θ.
 
     S is invertible, its determinant being −K_T/J.
     """
-    R, Psi, Lq, p, Bw, J, KT = (plant.given[name] for name in PARAMETERS)
+    R, Psi, Lq, p, Bw, J, KT = (motor[name] for name in PARAMETERS)
     N = fmpq_mat([[-R / Lq, -p * Psi / Lq, 0], [KT / J, -Bw / J, 0], [0, 1, 0]])
     S = fmpq_mat([[0, 0, 1], [0, 1, 0], [KT / J, -Bw / J, 0]])
-    decide(Equal(S * N, plant.A * S, "A is not that of (23) in these coordinates"))
-    decide(Equal(S * fmpq_mat([[1 / Lq], [0], [0]]), plant.B, "B is not that of (23) in these coordinates"))
-    decide(Equal((plant.C * S).entries(), [0, 0, 1], "C does not read the position"))
+    decide(equal(S * N, A * S, "A is not that of (23) in these coordinates"))
+    decide(equal(S * fmpq_mat([[1 / Lq], [0], [0]]), B, "B is not that of (23) in these coordinates"))
+    decide(equal((C * S).entries(), [0, 0, 1], "C does not read the position"))
 
 
 @on_loop("dualrate.hurwitz", parameters={"matrix": sized(one_of, ("feedback", "observer"))}, holds=True, says="Hurwitz")
-def hurwitz(plant: Loop, matrix: str) -> Found:
+def matrix_is_hurwitz(plant: Loop, matrix: str) -> Found:
     """<For the plant {plant.name}, {name}|{name}> is Hurwitz: the Hurwitz determinants of its characteristic polynomial
     are positive.
     """
     feedback = matrix == "feedback"
     name, M = ("A + B K", plant.A + plant.B * plant.K) if feedback else ("A − L C", plant.guided)
-    decide(Hurwitz(M, name))
+    decide(hurwitz(M, name))
     return Found(words={"name": name})
 
 

@@ -14,19 +14,9 @@ from replication.verify.algebra.linear import between, block, hold, identity, ze
 from replication.verify.algebra.symbolic import IDENTITY, letters, number
 from replication.verify.algebra.work import estimate_length, spend_on_products
 from replication.verify.dualrate.loop import Loop, Observer, on_paper, pass_period
-from replication.verify.kernel import Below, Equal, Identity, Nonnegative, Positive, decide, holds
+from replication.verify.kernel import decide, definite, equal, holds, identical, less, semidefinite
 from replication.verify.predicate import Says
-from replication.verify.reading import (
-    integer,
-    matrix,
-    one_of,
-    positive,
-    rational,
-    record,
-    several,
-    sized,
-    symmetric,
-)
+from replication.verify.reading import integer, matrix, one_of, positive, rational, record, several, sized, symmetric
 from replication.verify.statement import Depends, statement
 from replication.verify.theorem import Found, require
 
@@ -57,10 +47,10 @@ def require_errors(*, case_2: bool) -> None:
     A, B, C, K, L, x, xi, held, y, predicted = letters("A", "B", "C", "K", "L", "x", "xi", "held", "y", "predicted")
     zeta = x - xi
     first = (A + B @ K) @ x - B @ K @ xi + B @ K @ (held - zeta)
-    decide(Identity(A @ x + B @ K @ held, first, "the first row of (9) = (10)"))
+    decide(identical(A @ x + B @ K @ held, first, "the first row of (9) = (10)"))
     second = (A - L @ C) @ xi - L @ (y - C @ x)
     used, whole = (y, second) if case_2 else (predicted, second - L @ (predicted - y))
-    decide(Identity(A @ xi - L @ (used - C @ zeta), whole, "the second row of (9) = (10)"))
+    decide(identical(A @ xi - L @ (used - C @ zeta), whole, "the second row of (9) = (10)"))
 
 
 @statement("dualrate.collected-constant", source="shao", holds=True, says="constant (17)")
@@ -76,7 +66,7 @@ def collected_constant() -> None:
     PB, PL = most * c1, most * L
     terms = 2 * a2 * V * PB * Vm + 2 * a1 * V * PL * Vm + 2 * a3 * V * PB * KL * Vm + 2 * a3 * V * PL * Vm
     total = 2 * (a2 * c1 + L * a1 + c1 * a3 * KL + a3 * L) * most
-    decide(Identity(terms, total * V * Vm, "(16) = (17)"))
+    decide(identical(terms, total * V * Vm, "(16) = (17)"))
 
 
 @statement("dualrate.sampled-observer", source="shao", holds=True, says="equivalent observers")
@@ -96,7 +86,7 @@ def sampled_observer() -> None:
         solution, rate = A @ solution + rate, pushed * 0
         previous, F = F, A @ F
         sampled = F @ zeta + previous @ B @ u + previous @ L @ y
-        decide(Identity(solution, sampled, f"(3) = (7) in the {derivative} derivative"))
+        decide(identical(solution, sampled, f"(3) = (7) in the {derivative} derivative"))
 
 
 def require_rates() -> None:
@@ -107,10 +97,10 @@ def require_rates() -> None:
     names = ("A", "guided", "B", "C", "K", "L", "x", "zeta", "first", "held", "gap")
     A, guided, B, C, K, L, x, zeta, first, held, gap = letters(*names)
     u = K @ held
-    decide(Identity(C @ (A @ x + B @ u), C @ A @ x + C @ B @ K @ held, "the rate of y in (12)"))
+    decide(identical(C @ (A @ x + B @ u), C @ A @ x + C @ B @ K @ held, "the rate of y in (12)"))
     drift = K @ (guided @ zeta + B @ u + L @ (C @ first + gap))
     terms = K @ guided @ zeta + K @ B @ K @ held + K @ L @ C @ first + K @ L @ gap
-    decide(Identity(drift, terms, "the rate of K ζ in (14)"))
+    decide(identical(drift, terms, "the rate of K ζ in (14)"))
 
 
 SIGNALS: Mapping[str, Sequence[int]] = {"x": (1, 0), "zeta": (1, -1)}
@@ -151,7 +141,7 @@ def step_bound(quantity: str, weights: Mapping[str, fmpq]) -> Found:
         # |signal| ≤ |weight| |χ| for all χ = (x, ξ): weight² I − mᵀm ⪰ 0, m the map from χ to the signal.
         signal = STEPS[quantity][term]
         m = fmpq_mat([list(SIGNALS[signal])])
-        decide(Nonnegative(weight * weight * identity(2) - m.transpose() * m, f"the weight {weight} of {signal}"))
+        decide(semidefinite(weight * weight * identity(2) - m.transpose() * m, f"the weight {weight} of {signal}"))
     factors = ", ".join(f"{weight} of ‖{term}‖" for term, weight in weights.items())
     return Found(words={"equations": BOUNDS[quantity][1], "factors": factors})
 
@@ -164,7 +154,7 @@ def contraction() -> None:
     and 0 ≤ c < 1 by (18).
     """
     E, c = map(number, "Ec")
-    decide(Identity(1 - (E + (1 - E) * c), (1 - E) * (1 - c), "1 − φ = (1 − E)(1 − c)"))
+    decide(identical(1 - (E + (1 - E) * c), (1 - E) * (1 - c), "1 − φ = (1 − E)(1 − c)"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -186,9 +176,9 @@ def require_solution(loop: Loop, P: fmpq_mat) -> None:
     """Refuse unless P is positive definite and ÃᵀP + P Ã = −I, exactly."""
     joint = joint_matrix(loop)
     decide(
-        Equal(joint.transpose() * P + P * joint, -identity(2 * loop.order), "P does not solve the Lyapunov equation")
+        equal(joint.transpose() * P + P * joint, -identity(2 * loop.order), "P does not solve the Lyapunov equation")
     )
-    decide(Positive(P, "P"))
+    decide(definite(P, "P"))
 
 
 def read_lyapunov(value: Any, path: str, loop: Loop) -> Lyapunov:
@@ -198,9 +188,9 @@ def read_lyapunov(value: Any, path: str, loop: Loop) -> Lyapunov:
     readers = {"P": sized(symmetric, size), "low": rational, "high": rational, "least": vector, "most": vector}
     P, low, high, *vectors = record(value, path, readers).values()
     require_solution(loop, P)
-    decide(Below(0, low, f"{path}.low must be positive"))
-    decide(Positive(P - low * identity(size), "P − low I"))
-    decide(Positive(high * identity(size) - P, "high I − P"))
+    decide(less(0, low, f"{path}.low must be positive"))
+    decide(definite(P - low * identity(size), "P − low I"))
+    decide(definite(high * identity(size) - P, "high I − P"))
     least, most = (rayleigh(P, vector) for vector in vectors)
     return Lyapunov(P=P, smallest=between(low, least), largest=between(most, high))
 
@@ -287,7 +277,7 @@ def prediction_bound(plant: Loop, longest: fmpq, lyapunov: Lyapunov, chi: fmpq_m
     {side:up}.
     """
     gap, side = prediction_sides(plant, lyapunov, chi, longest)
-    decide(Below(side, gap, f"(15) is not proved to fail for all periods up to {longest} s"))
+    decide(less(side, gap, f"(15) is not proved to fail for all periods up to {longest} s"))
     return Found(words={"gap": gap, "side": side})
 
 
@@ -298,9 +288,9 @@ def condition(plant: Loop, lyapunov: Lyapunov) -> Found:
     """
     side = condition_per_second(plant, lyapunov) * arb(plant.T)
     undecided = f"the left side of (18) is {side.str(8)}: not decided"
-    met = holds(Below(side, 1, undecided))
+    met = holds(less(side, 1, undecided))
     if not met:
-        decide(Below(1, side, undecided))
+        decide(less(1, side, undecided))
     return Found(words={"verb": "meets" if met else "does not meet", "side": side}, holds=met)
 
 
@@ -348,7 +338,7 @@ def require_negative(polynomial: fmpq_poly, longest: fmpq) -> None:
     require(lowest is not None, "det(I − Φ) vanishes for every period")
     reach, low = arb(longest).exp() - 1, lowest or 0
     rest = sum((arb(c).max(arb(0)) * reach**k for k, c in enumerate(coefficients[low + 1 :], 1)), arb(0))
-    decide(Below(rest, -coefficients[low], f"det(I − Φ) is not proved negative for all periods up to {longest} s"))
+    decide(less(rest, -coefficients[low], f"det(I − Φ) is not proved negative for all periods up to {longest} s"))
 
 
 LARGEST_RATIO = 100
@@ -369,7 +359,7 @@ def counterexample(plant: Loop, ratios: list[int], longest: fmpq, lyapunov: Lyap
     det(I − Φ) < 0 means that the characteristic polynomial of Φ is negative at one, so Φ has a real eigenvalue above.
     """
     allowed = 1 / condition_per_second(plant, lyapunov)
-    decide(Below(allowed, longest, f"(18) may allow periods above {longest} s"))
+    decide(less(allowed, longest, f"(18) may allow periods above {longest} s"))
     require(all(less < more for less, more in pairwise(ratios)), "parameters.ratios must increase")
     require(ratios[-1] <= LARGEST_RATIO, f"parameters.ratios has a ratio above {LARGEST_RATIO}")
     for ratio in ratios:

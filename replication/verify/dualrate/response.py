@@ -25,7 +25,7 @@ from replication.verify.dualrate.loop import (
     on_paper,
     pass_period,
 )
-from replication.verify.kernel import Below, Within, decide, holds
+from replication.verify.kernel import decide, holds, less, within
 from replication.verify.predicate import NO_READING, Says
 from replication.verify.reading import Reader, integer, one_of, positive, rational, record, sequence, several, sized
 from replication.verify.statement import Depends
@@ -112,7 +112,7 @@ def steady_motion(
 ) -> tuple[Motion, acb_mat]:
     """The motion within a fast period and v at each phase, a column, with y_d = sin σt; refused unless stable."""
     require_position_form(loop)
-    decide(Within(monodromy(loop, observer), "the eigenvalues of Φ"))
+    decide(within(monodromy(loop, observer), "the eigenvalues of Φ"))
     n, s, zero = loop.order, acb(0, arb(sigma)), acb(0)
     rows = [[*map(acb, A), *map(acb, B), zero] for A, B in zip(loop.A.tolist(), loop.B.tolist(), strict=True)]
     N = acb_mat([*rows, [zero] * (n + 2), [*[zero] * (n + 1), s]])
@@ -157,7 +157,7 @@ def require_errors_below(moving: Motion, begun: acb_mat, length: fmpq, bound: fm
     for piece in pieces(moving, begun, length):
         for polynomial, remainder in piece:
             allowed = arb(bound) - remainder
-            decide(Below(0, allowed, "the remainder of the Taylor polynomial exceeds the bound; choose other scales"))
+            decide(less(0, allowed, "the remainder of the Taylor polynomial exceeds the bound; choose other scales"))
             require_modulus_below(polynomial, allowed, -half, half)
 
 
@@ -173,7 +173,7 @@ def require_modulus_below(polynomial: acb_poly, bound: arb, left: fmpq, right: f
         middle, span = (a + b) / 2, arb(a).union(arb(b))
         steepest = abs(sum((p(span) * slope(span) for p, slope in zip(both, slopes, strict=True)), arb(0))) * 2
         square = energy(arb_mat([[p(arb(middle)) for p in both]]))
-        if not holds(Below(square + steepest * arb(b - middle), bound**2, "this part")):
+        if not holds(less(square + steepest * arb(b - middle), bound**2, "this part")):
             todo += [(a, middle), (middle, b)]
     raise Refused("the largest error is not proved to be below the bound")
 
@@ -280,13 +280,13 @@ def tracking_errors(
         moving, begun = steady_motion(plant, observer, frequency, error.scales, feedforward)
         start = acb_mat([[row[error.phase]] for row in begun.tolist()])
         reached = error_at(moving, start, error.time)
-        decide(Below(error.lower / 100, reached, f"the error at the given time is not as large, σ = {frequency}"))
+        decide(less(error.lower / 100, reached, f"the error at the given time is not as large, σ = {frequency}"))
         if instants == "all":
             require_errors_below(moving, begun, plant.T, error.upper / 100)
         else:
             require(error.time == 0, "the given time is not that of a fast instant")
             most = largest([abs(gap) for gap in (moving.row * begun).entries()])
-            decide(Below(most, error.upper / 100, f"the largest error is above the bound, σ = {frequency}"))
+            decide(less(most, error.upper / 100, f"the largest error is above the bound, σ = {frequency}"))
     sizes = (
         f"{below(error.lower, 7)} to {above(error.upper, 7)} percent of the amplitude at σ = {frequency}"
         for frequency, error in zip(frequencies, errors, strict=True)
@@ -317,7 +317,7 @@ def estimates_ordered(plant: Loop, observer: Observer, than: Observer, frequency
     As for the tracking error, the supremum is the largest modulus of an amplitude, here over the M phases.
     """
     errors = [_estimation_error(plant, compared, frequency) for compared in (observer, than)]
-    decide(Below(errors[0], errors[1], f"the estimation errors are {errors[0].str(5)} and {errors[1].str(5)}"))
+    decide(less(errors[0], errors[1], f"the estimation errors are {errors[0].str(5)} and {errors[1].str(5)}"))
     sizes = (
         f"{below(100 * error.lower().fmpq(), 4)} to {above(100 * error.upper().fmpq(), 4)} percent of the amplitude in "
         f"{compared.words}"
@@ -328,7 +328,7 @@ def estimates_ordered(plant: Loop, observer: Observer, than: Observer, frequency
 
 def _estimation_error(loop: Loop, observer: Observer, sigma: fmpq) -> arb:
     require_position_form(loop)
-    decide(Within(monodromy(loop, observer), "the eigenvalues of Φ"))
+    decide(within(monodromy(loop, observer), "the eigenvalues of Φ"))
     passage, C = steady_passage(loop, observer, acb(0, arb(sigma))), arb_mat(loop.C)
     errors = (amplitudes(C * (x - used)) for x, used in zip(passage.states, passage.used, strict=True))
     return largest([abs(error) for (error,) in errors])

@@ -12,7 +12,7 @@ from flint import fmpq, fmpq_mat
 from replication.verify.algebra.linear import block, characteristic_polynomial, identity, product, take_rows
 from replication.verify.algebra.symbolic import Symbolic, blocks, letters
 from replication.verify.algebra.work import bits, spend_elimination
-from replication.verify.kernel import Identity, decide
+from replication.verify.kernel import decide, identical
 from replication.verify.multirate.sensing import TIMES, monodromy, schedule, without_noise
 from replication.verify.predicate import NO_READING, Says
 from replication.verify.reading import as_written, integer, known_fields, matrices, matrix, sized, states
@@ -208,7 +208,7 @@ def error_system(**sizes: int) -> Found:
     plant, measured = A @ x + B_u @ u + B_d @ d, S @ C @ x + S @ D @ w
     observer = A @ o + B_u @ u + L @ (measured - S @ C @ o)
     expected = (A - L @ S @ C) @ (x - o) + B_d @ d - L @ S @ D @ w
-    decide(Identity(plant - observer, expected, "eq. (16)"))
+    decide(identical(plant - observer, expected, "eq. (16)"))
     return _counted(sizes)
 
 
@@ -265,7 +265,7 @@ def _require_loss() -> None:
     e, d, w, P, before, W = (m[name] for name in ("e", "d", "w", "P", "Q", "W"))
     xi, following = blocks([[e], [d], [w]]), blocks([closed]) @ blocks([[e], [d], [w]])
     supply = d.T @ m["G_d"] @ d + w.T @ m["G_w"] @ w - (W @ e).T @ (W @ e)
-    decide(Identity(xi.T @ theta @ xi, e.T @ before @ e - following.T @ P @ following + supply, "eq. (25)"))
+    decide(identical(xi.T @ theta @ xi, e.T @ before @ e - following.T @ P @ following + supply, "eq. (25)"))
 
 
 def _require_complement() -> None:
@@ -273,9 +273,9 @@ def _require_complement() -> None:
     m, closed, theta = _conditions()
     A, L, S, C, D, B_d, W, P, before = (m[name] for name in ("A", "L", "S", "C", "D", "B_d", "W", "P", "Q"))
     Y, F, none = P @ L, blocks([closed]), W * 0
-    decide(Identity(blocks([[P @ A - Y @ S @ C, P @ B_d, -(Y @ S @ D)]]), P @ F, "the first row of (30)"))
+    decide(identical(blocks([[P @ A - Y @ S @ C, P @ B_d, -(Y @ S @ D)]]), P @ F, "the first row of (30)"))
     rest = blocks([[before - W.T @ W, none, none], [none, m["G_d"], none], [none, none, m["G_w"]]])
-    decide(Identity(rest - F.T @ P @ F, theta, "the Schur complement in (30)"))
+    decide(identical(rest - F.T @ P @ F, theta, "the Schur complement in (30)"))
 
 
 def _conditions() -> tuple[dict[str, Symbolic], list[Symbolic], Symbolic]:

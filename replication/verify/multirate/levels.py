@@ -3,7 +3,7 @@
 import itertools
 from collections import deque
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from math import gcd, prod
 from types import SimpleNamespace
@@ -13,14 +13,13 @@ from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, product, submatrix
 from replication.verify.algebra.work import PLACE, spend
-from replication.verify.kernel import AtMost, Positive, decide
+from replication.verify.kernel import at_most, decide, definite
 from replication.verify.multirate.sensing import (
     CHOSEN,
     PERIOD,
     Schedule,
     Sensing,
     attained,
-    read_plant,
     read_sensing,
     require_fall,
     require_theorem_1,
@@ -133,7 +132,7 @@ def require_theorem_2(system: Sensing, P: list[fmpq_mat], Y: list[fmpq_mat], lev
     for k in range(system.phases):
         driven, output = system.open_loop(k)
         whole = matrix_30(system, P, k, product(P[k], driven) - system.acting(k, Y[k]) * output, level)
-        decide(Positive(whole, f"the matrix (30) of Theorem 2 at phase {k}"))
+        decide(definite(whole, f"the matrix (30) of Theorem 2 at phase {k}"))
 
 
 def matrix_30(system: Sensing, P: Sequence[fmpq_mat], phase: int, step: fmpq_mat, level: fmpq) -> fmpq_mat:
@@ -144,12 +143,12 @@ def matrix_30(system: Sensing, P: Sequence[fmpq_mat], phase: int, step: fmpq_mat
 def require_bracket(lower: fmpq, upper: fmpq, relative: fmpq) -> None:
     """Refuse bounds that are farther apart than the theorem that is wanted allows."""
     for less, more in ((lower, upper), (upper, lower * (1 + relative))):
-        decide(AtMost(less, more, f"the bounds are not within the relative width {relative}"))
+        decide(at_most(less, more, f"the bounds are not within the relative width {relative}"))
 
 
 def require_lower(lower: fmpq, squared: fmpq) -> None:
     """Refuse unless the square of a proved ratio is not below that of the bound."""
-    decide(AtMost(lower**2, squared, "the disturbance of the witness does not reach the lower bound"))
+    decide(at_most(lower**2, squared, "the disturbance of the witness does not reach the lower bound"))
 
 
 # Levels compared: where shorter periods have the larger optimum, and what Theorem 1 loses with one matrix.
@@ -160,29 +159,18 @@ TWO: Table = {"sensors": CHOSEN["sensors"], "shorter": PERIODS, "longer": PERIOD
 PHASES: Table = {name: reader for name, reader in CHOSEN.items() if name != "relative"}
 
 
-def read_both(value: Any, path: str, values: Any) -> list[Sensing]:
-    """A plant with the shorter periods and with the longer ones, all sensors at instant 0."""
-    chosen = (
-        SimpleNamespace(sensors=values.sensors, periods=periods, offsets=[0] * len(periods))
-        for periods in (values.shorter, values.longer)
-    )
-    return [read_sensing(value, path, each) for each in chosen]
+def read_longer(value: Any, path: str, values: Any) -> Sensing:
+    """A plant with the longer periods, all sensors at instant 0."""
+    offsets = [0] * len(values.longer)
+    return read_sensing(value, path, SimpleNamespace(sensors=values.sensors, periods=values.longer, offsets=offsets))
 
 
 @statement(
     "multirate.shorter-periods",
     source="okajima2023",
     parameters=TWO,
-    plant=Depends(lambda values: sized(read_both, values)),
-    witness={
-        "level": positive,
-        "P": Depends(lambda values: sized(sequence, sized(symmetric, values.plant[1].order), values.plant[1].phases)),
-        "Y": Depends(
-            lambda values: sized(matrices, values.plant[1].order, values.plant[1].sensors, values.plant[1].phases)
-        ),
-        "start": integer,
-        "d": Depends(lambda values: sized(matrices, values.plant[0].B_d.ncols(), 1)),
-    },
+    plant=Depends(lambda values: sized(read_longer, values)),
+    witness={"level": positive, "P": STORAGE, "Y": GAINS, "start": integer, "d": FINITE},
     holds=False,
     says=Says(
         quantity="shorter periods are better",
@@ -191,7 +179,7 @@ def read_both(value: Any, path: str, values: Any) -> list[Sensing]:
     ),
 )
 def shorter_periods(
-    plant: list[Sensing], shorter: list[int], longer: list[int], level: fmpq, P: Matrices, Y: Matrices,
+    plant: Sensing, shorter: list[int], longer: list[int], level: fmpq, P: Matrices, Y: Matrices,
     start: int, d: Matrices, **_: Any,
 ) -> None:  # fmt: skip
     """Of the periods {shorter} and {longer} the longer ones have the smaller optimum, with both sensors at instant 0
@@ -204,8 +192,9 @@ def shorter_periods(
     pairs = list(zip(shorter, longer, strict=True))
     require(all(a <= b for a, b in pairs) and shorter != longer, f"{shorter} are not shorter than {longer}")
     require(all(gcd(a, b) == 1 for a, b in itertools.combinations(shorter, 2)), f"{shorter} have a common factor")
-    require_theorem_2(plant[1], P, Y, level)
-    require_lower(level, unseen_for_long(plant[0], start, d))
+    require_theorem_2(plant, P, Y, level)
+    often = replace(plant, measured=schedule(shorter, [0] * len(shorter)))
+    require_lower(level, unseen_for_long(often, start, d))
 
 
 @statement(
@@ -228,13 +217,13 @@ def one_matrix(plant: Sensing, lower: fmpq, Z: Matrices, **_: Any) -> None:
     n, steps = plant.order, plant.error_system(plant.gains)
     gained, states, noises = fmpq_mat(n, n), fmpq(0), fmpq(0)
     for k, (step, Z_k) in enumerate(zip(steps, Z, strict=True)):
-        decide(Positive(Z_k, f"Z_{k}"))
+        decide(definite(Z_k, f"Z_{k}"))
         before = submatrix(Z_k, range(n), range(n))
         gained += product(step, product(Z_k, step.transpose())) - before
         weighed = product(plant.W, product(before, plant.W.transpose()))
         states += sum((weighed[i, i] for i in range(weighed.nrows())), fmpq(0))
         noises += sum((Z_k[i, i] for i in range(n, Z_k.nrows())), fmpq(0))
-    decide(Positive(gained, "what the states gain in a step by all Z_k"))
+    decide(definite(gained, "what the states gain in a step by all Z_k"))
     require_lower(lower, states / noises)
 
 
@@ -258,11 +247,10 @@ class Case:
 
 
 @dataclass(frozen=True)
-class Lossy:
-    """All cases, and the plant with a "phase" for each of them, at which the samples that came are measured."""
+class Lossy(Sensing):
+    """The plant with a "phase" for each case, at which the samples that came are measured."""
 
-    cases: list[Case]
-    system: Sensing
+    cases: Sequence[Case] = ()
 
 
 def all_cases(measured: Schedule, channels: Sequence[Sequence[int]], misses: Sequence[int]) -> list[Case]:
@@ -296,11 +284,11 @@ def all_cases(measured: Schedule, channels: Sequence[Sequence[int]], misses: Seq
 
 def read_lossy(value: Any, path: str, chosen: Any) -> Lossy:
     """A plant whose samples get lost (parameters `LOST`)."""
-    seen, _ = read_plant(value, path, chosen.sensors)
+    plant = read_sensing(value, path, chosen)
     everyone = range(len(chosen.sensors))
     channels = [list(everyone)] if chosen.together else [[i] for i in everyone]
-    cases = all_cases(schedule(chosen.periods, chosen.offsets), channels, chosen.misses)
-    return Lossy(cases, seen([case.arrived for case in cases]))
+    cases = all_cases(plant.measured, channels, chosen.misses)
+    return Lossy(**vars(plant) | {"measured": [case.arrived for case in cases]}, cases=cases)
 
 
 LOST: Table = {
@@ -318,17 +306,13 @@ LOST: Table = {
     bound=BOTH,
     holds=True,
     witness={
-        "L": Depends(
-            lambda values: sized(
-                matrices, values.plant.system.order, values.plant.system.sensors, len(values.plant.cases)
-            )
-        ),
+        "L": GAINS,
         "at": sized(several, integer),
         "to": Depends(lambda values: sized(sequence, sized(sequence, integer), len(values.at))),
-        "P": Depends(lambda values: sized(sequence, sized(symmetric, values.plant.system.order), len(values.at))),
+        "P": Depends(lambda values: sized(sequence, sized(symmetric, values.plant.order), len(values.at))),
         "word": sized(several, integer),
         "turn": square,
-        "v": Depends(lambda values: sized(matrices, values.plant.system.noises, values.turn.nrows(), len(values.word))),
+        "v": Depends(lambda values: sized(matrices, values.plant.noises, values.turn.nrows(), len(values.word))),
     },
 )
 def gain_under_losses(plant: Lossy, lower: fmpq, upper: fmpq, L: Matrices, word: list[int], **fields: Any) -> Found:
@@ -339,14 +323,14 @@ def gain_under_losses(plant: Lossy, lower: fmpq, upper: fmpq, L: Matrices, word:
 
     Storage functions on the nodes from above; from below a disturbance in a pattern that repeats.
     """
-    steps = plant.system.error_system(L)
+    steps = plant.error_system(L)
     require_storage(plant, steps, fields["at"], fields["to"], fields["P"], upper)
     # All nodes are reached from the start, which takes nothing with the error at zero.
     require(all(i < len(plant.cases) for i in word), "witness.word has a case that is not there")
     walk = zip(word, [*word[1:], word[0]], strict=True)
     joined = all(plant.cases[i].after == plant.cases[j].before for i, j in walk)
     require(joined, "witness.word is no pattern that can repeat")
-    require_lower(lower, attained([steps[i] for i in word], plant.system.W, fields["turn"], fields["v"]))
+    require_lower(lower, attained([steps[i] for i in word], plant.W, fields["turn"], fields["v"]))
     return Found(words={"sent": "packets" if fields["together"] else "samples of each sensor"})
 
 
@@ -364,10 +348,10 @@ def require_storage(
     for number, case in enumerate(plant.cases):
         cases_of.setdefault(case.before, []).append(number)
     for i, node in enumerate(at):
-        decide(Positive(P[i], f"P_{i}"))
+        decide(definite(P[i], f"P_{i}"))
         leaving = cases_of.get(node, [])
         require(len(leaving) == len(to[i]), f"witness.to[{i}] needs an entry for each case of node {node}")
         for number, target in zip(leaving, to[i], strict=True):
             fits = target < len(at) and at[target] == plant.cases[number].after
             require(fits, f"case {number} does not lead from storage function {i} to {target}")
-            require_fall(steps[number], plant.system.W, (P[i], P[target]), level, f"case {number} of storage {i}")
+            require_fall(steps[number], plant.W, (P[i], P[target]), level, f"case {number} of storage {i}")

@@ -11,9 +11,9 @@ from typing import Any
 from flint import acb, fmpq, fmpq_mat, fmpq_poly
 
 from replication.verify.algebra.linear import characteristic_polynomial, ends, identity, roots
-from replication.verify.kernel import Within, decide, holds
+from replication.verify.kernel import decide, holds, within
 from replication.verify.multirate.levels import require_theorem_2
-from replication.verify.multirate.sensing import TIMES, monodromy, schedule, select, without_noise
+from replication.verify.multirate.sensing import TIMES, Sensing, monodromy, schedule, without_noise
 from replication.verify.predicate import Says
 from replication.verify.reading import (
     known_fields,
@@ -107,7 +107,7 @@ def free_setting(plant: Plant, periods: list[int], offsets: list[int], A: fmpq_m
     """
     _stated_poles(plant, A)
     C = matrix(plant["C"], "plant.C")
-    decide(Within(_error_polynomial(plant, schedule(periods, offsets), A, C), "the poles of A_e"))
+    decide(within(_error_polynomial(plant, schedule(periods, offsets), A, C), "the poles of A_e"))
     return Found(words={"shown": _rows(A), "sensors": _rows(C)})
 
 
@@ -130,7 +130,7 @@ def error_poles(plant: Plant, periods: list[int], offsets: list[int], diagonal: 
     places = {i: next(by_size) for i in sorted(range(len(stated)), key=lambda i: abs(stated[i]))}
     matched = [places[i] for i in range(len(stated))]
     words = {"shown": _diagonal(A), "sensors": _rows(C), "matched": matched}
-    stable = holds(Within(polynomial, "the poles of A_e"))
+    stable = holds(within(polynomial, "the poles of A_e"))
     return Found(words=words, items=tuple(ends(pole) for pole in matched), holds=stable)
 
 
@@ -155,7 +155,7 @@ def design(plant: Plant, A: fmpq_mat, B_d: fmpq_mat, D: fmpq_mat, upper: fmpq, *
     """
     require_unstable(_stated_poles(plant, A))
     C = matrix(plant["C"], "plant.C")
-    system = select(A, B_d, identity(A.nrows()), C, D, schedule(fields["periods"], fields["offsets"]))
+    system = Sensing(A, B_d, identity(A.nrows()), C, D, schedule(fields["periods"], fields["offsets"]))
     require_theorem_2(system, fields["P"], fields["Y"], upper)
     return Found(words={"shown": _rows(A), "sensors": _rows(C), "disturbance": _rows(B_d), "noise": _rows(D)})
 

@@ -5,15 +5,14 @@ With gains L_k: e(k+1) = A_k e(k) + B_k v(k), [A_k B_k] = [A B_d 0] - L_k [C_k 0
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 from math import lcm
 from typing import Any
 
 from flint import fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, identity, product, solved, submatrix, take_rows, zeros
-from replication.verify.kernel import AtMost, Below, Equal, Positive, Within, decide
+from replication.verify.kernel import at_most, decide, definite, equal, less, within
 from replication.verify.reading import MAX_ENTRIES, fields, integer, matrices, matrix, positive, sequence, sized, square
 from replication.verify.statement import Depends, Table
 from replication.verify.theorem import require
@@ -25,21 +24,25 @@ Schedule = list[list[int]]
 
 @dataclass(frozen=True)
 class Sensing:
-    """The plant seen by a number of sensors, and per phase the rows C_k, D_k that are measured; L_k (n, q) if given."""
+    """The plant seen by sensors, the rows of C and D; which of them are measured at each phase; L_k (n, q) if given."""
 
     A: fmpq_mat
     B_d: fmpq_mat
     W: fmpq_mat
-    C: list[fmpq_mat]
-    D: list[fmpq_mat]
+    C: fmpq_mat
+    D: fmpq_mat
     measured: Schedule
-    sensors: int
     gains: Sequence[fmpq_mat] = ()
 
     @property
     def phases(self) -> int:
         """N, the number of instants after which the schedule repeats."""
-        return len(self.C)
+        return len(self.measured)
+
+    @property
+    def sensors(self) -> int:
+        """q, the number of sensors."""
+        return int(self.C.nrows())
 
     @property
     def order(self) -> int:
@@ -49,8 +52,11 @@ class Sensing:
     @property
     def noises(self) -> int:
         """The number of disturbances d and sensor noises w together."""
-        (width,) = {self.B_d.ncols() + D.ncols() for D in self.D}
-        return width
+        return int(self.B_d.ncols() + self.D.ncols())
+
+    def rows(self, phase: int) -> tuple[fmpq_mat, fmpq_mat]:
+        """C_k and D_k of a phase: the rows of the sensors that are measured."""
+        return take_rows(self.C, self.measured[phase]), take_rows(self.D, self.measured[phase])
 
     def error_system(self, gains: Sequence[fmpq_mat]) -> list[fmpq_mat]:
         """[A_k B_k] of each phase for gains L_k (n, q), that is [A B_d 0] - L_k [C_k 0 D_k] over the measured rows.
@@ -65,7 +71,7 @@ class Sensing:
 
     def open_loop(self, phase: int) -> tuple[fmpq_mat, fmpq_mat]:
         """[A B_d 0] and [C_k 0 D_k]: what becomes of (x, d, w), and what is measured of it."""
-        C, D = self.C[phase], self.D[phase]
+        C, D = self.rows(phase)
         driven = block([[self.A, self.B_d, zeros(self.order, D.ncols())]])
         return driven, block([[C, zeros(D.nrows(), self.B_d.ncols()), D]])
 
@@ -78,11 +84,11 @@ class Sensing:
 
         x (n, r) holds r states, one per column.
         """
-        D = self.D[phase]
+        C, D = self.rows(phase)
         if not D.nrows():
             return zeros(D.ncols(), x.ncols())
         without = f"a sensor measured at phase {phase} has no noise of its own"
-        hidden: fmpq_mat = -D.transpose() * solved(D * D.transpose(), self.C[phase] * x, without)
+        hidden: fmpq_mat = -D.transpose() * solved(D * D.transpose(), C * x, without)
         return hidden
 
 
@@ -118,18 +124,8 @@ def schedule(periods: Sequence[int], offsets: Sequence[int]) -> Schedule:
 
 def read_sensing(value: Any, path: str, chosen: Any, *gains: str) -> Sensing:
     """A plant seen by the sensors `chosen` (parameters `CHOSEN`), with the gains of this name if there is one."""
-    measured = schedule(chosen.periods, chosen.offsets)
-    seen, rest = read_plant(value, path, chosen.sensors, *gains)
-    system = seen(measured)
-    L = [matrices(part, f"{path}.L", system.order, system.sensors, len(measured)) for part in rest]
-    return replace(system, gains=L[0]) if L else system
-
-
-def read_plant(
-    value: Any, path: str, sensors: Sequence[int], *more: str
-) -> tuple[Callable[[Schedule], Sensing], list[Any]]:
-    """A plant seen by these sensors, under a schedule that is still to be given, and further fields as they stand."""
-    _, *parts = fields(value, path, "name", "A", "B_d", "C", "D", "W", *more)
+    measured, sensors = schedule(chosen.periods, chosen.offsets), chosen.sensors
+    _, *parts = fields(value, path, "name", "A", "B_d", "C", "D", "W", *gains)
     A = square(parts[0], f"{path}.A")
     n = A.nrows()
     C = matrix(parts[2], f"{path}.C", columns=n)
@@ -137,19 +133,14 @@ def read_plant(
     require(all(i < C.nrows() for i in sensors), f"parameters.sensors names a sensor that is not there: {sensors}")
     require(len({*sensors}) == len(sensors), f"parameters.sensors names a sensor twice: {sensors}")
     B_d, W = matrix(parts[1], f"{path}.B_d", rows=n), matrix(parts[4], f"{path}.W", columns=n)
-    return partial(select, A, B_d, W, take_rows(C, sensors), take_rows(D, sensors)), parts[5:]
-
-
-def select(A: fmpq_mat, B_d: fmpq_mat, W: fmpq_mat, C: fmpq_mat, D: fmpq_mat, measured: Schedule) -> Sensing:
-    """A plant whose sensors are the rows of C and D, under a schedule."""
-    C_k, D_k = ([take_rows(M, rows) for rows in measured] for M in (C, D))
-    return Sensing(A, B_d, W, C_k, D_k, measured, C.nrows())
+    L = matrices(parts[5], f"{path}.L", n, len(sensors), len(measured)) if gains else ()
+    return Sensing(A, B_d, W, take_rows(C, sensors), take_rows(D, sensors), measured, L)
 
 
 def without_noise(A: fmpq_mat, C: fmpq_mat, measured: Schedule) -> Sensing:
     """A plant as far as stability goes: nothing disturbs it, and nothing is weighted."""
     nothing = take_rows(A, [])
-    return select(A, nothing.transpose(), nothing, C, take_rows(C.transpose(), []).transpose(), measured)
+    return Sensing(A, nothing.transpose(), nothing, C, take_rows(C.transpose(), []).transpose(), measured)
 
 
 # Bounds of gains in exact arithmetic: Theorem 1 from above; disturbances, seen and unseen, from below.
@@ -170,7 +161,7 @@ def require_theorem_1(steps: Steps, W: fmpq_mat, P: list[fmpq_mat], level: fmpq)
     ||We|| <= g ||v||. Without disturbance it falls, so that the error system is stable.
     """
     for k, step in enumerate(steps):
-        decide(Positive(P[k], f"P_{k}"))
+        decide(definite(P[k], f"P_{k}"))
         require_fall(step, W, (P[k - 1], P[k]), level, f"phase {k}")
 
 
@@ -178,7 +169,7 @@ def require_fall(step: fmpq_mat, W: fmpq_mat, P: tuple[fmpq_mat, fmpq_mat], leve
     """Refuse unless diag(P - W'W, g^2 I) - [A B]' P+ [A B] > 0 for P before and P+ after the step."""
     before, after = P
     room = supplied(W, before, step.ncols(), level) - product(step.transpose(), product(after, step))
-    decide(Positive(room, f"the matrix of Theorem 1 at {where}"))
+    decide(definite(room, f"the matrix of Theorem 1 at {where}"))
 
 
 def supplied(W: fmpq_mat, P: fmpq_mat, columns: int, level: fmpq) -> fmpq_mat:
@@ -207,8 +198,8 @@ def squares(M: fmpq_mat) -> fmpq:
 
 def require_turn(turn: fmpq_mat) -> None:
     """Refuse unless R is an orthogonal matrix of order 1 or 2: how a signal changes from one period to the next."""
-    decide(AtMost(turn.nrows(), 2, "witness.turn must be of order 1 or 2"))
-    decide(Equal(turn * turn.transpose(), identity(turn.nrows()), "witness.turn is not orthogonal"))
+    decide(at_most(turn.nrows(), 2, "witness.turn must be of order 1 or 2"))
+    decide(equal(turn * turn.transpose(), identity(turn.nrows()), "witness.turn is not orthogonal"))
 
 
 def recurrent(transition: fmpq_mat, driven: fmpq_mat, turn: fmpq_mat) -> fmpq_mat:
@@ -244,7 +235,7 @@ def attained(
     periods (R turns by an angle, or changes the sign at most) its squares are those of v_k and x_k; ended after many
     periods, it has finite energy, and start and end no longer count in the ratio. hiding: further noise at (k, x_k).
     """
-    decide(Within(monodromy(steps), f"the poles of the {what}"))
+    decide(within(monodromy(steps), f"the poles of the {what}"))
     require_turn(turn)
     x, output, noise = steady(steps, turn, v), fmpq(0), fmpq(0)
     for k, (step, v_k) in enumerate(zip(steps, v, strict=True)):
@@ -273,7 +264,7 @@ def unseen_for_long(system: Sensing, start: int, d: list[fmpq_mat]) -> fmpq:
     step = block([[system.A, system.B_d]])
     x, output, noise = zeros(system.order, 1), fmpq(0), fmpq(0)
     for k, d_k in enumerate(d):
-        noise += squares(d_k) + squares(system.concealing((start + k) % len(system.C), x))
+        noise += squares(d_k) + squares(system.concealing((start + k) % system.phases, x))
         x = advanced(step, x, d_k)
         output += squares(system.W * x)
     return ratio(output, noise)
@@ -281,5 +272,5 @@ def unseen_for_long(system: Sensing, start: int, d: list[fmpq_mat]) -> fmpq:
 
 def ratio(output: fmpq, noise: fmpq) -> fmpq:
     """Output to noise; refused without noise."""
-    decide(Below(0, noise, "the disturbance is zero"))
+    decide(less(0, noise, "the disturbance is zero"))
     return output / noise

@@ -24,7 +24,7 @@ from replication.verify.algebra.linear import (
     zeros,
 )
 from replication.verify.algebra.work import BALL, STEP, spend
-from replication.verify.kernel import Below, Positive, decide, holds
+from replication.verify.kernel import decide, definite, holds, less
 from replication.verify.nonuniform import system
 from replication.verify.nonuniform.system import ONE_CELL, Case, Plant
 from replication.verify.reading import MAX_ENTRIES, fields, integer, rational, sequence, several, sized, symmetric
@@ -100,7 +100,7 @@ def require_level(plant: Plant, case: Case, level: fmpq, storage: Storage) -> No
     # Of each transition four corners, with a few small matrices each, however small they are.
     spend((len(storage.shares) - 1) * len(storage.P) * 5 * STEP, "the storage inequality")
     for c, matrix in enumerate(storage.P):
-        decide(Positive(matrix, f"P[{c}]"))
+        decide(definite(matrix, f"P[{c}]"))
     proof = _Inequality(plant, case, level, [arb_mat(matrix) for matrix in storage.P])
     for cell, (a, b) in enumerate(pairwise(storage.shares)):
         require_everywhere(proof.fails, a, b, storage.transitions(cell), HALVINGS)
@@ -170,7 +170,7 @@ class _Inequality:
         """Whether it holds there."""
         before, after, (paid, steps) = self.before[pair[0]], self.P[pair[1]], corner
         M = steps[pair[0] // self.states]
-        return holds(Positive(before + paid - M.transpose() * after * M, "the storage inequality"))
+        return holds(definite(before + paid - M.transpose() * after * M, "the storage inequality"))
 
 
 def read_pattern(value: Any, path: str) -> list[fmpq]:
@@ -249,5 +249,5 @@ def _advance(step: arb_mat, x: arb_mat, drive: arb_mat) -> arb_mat:
 
 def require_ratio(seen: arb, supplied: arb, level: fmpq, what: str) -> None:
     """Refuse unless 0 < level^2 supplied < seen: both are energies, and the gain is then above `level`."""
-    decide(Below(0, supplied, f"{what} must not be zero"))
-    decide(Below(level**2 * supplied, seen, f"{what} does not attain {level}: {(seen / supplied).sqrt()}"))
+    decide(less(0, supplied, f"{what} must not be zero"))
+    decide(less(level**2 * supplied, seen, f"{what} does not attain {level}: {(seen / supplied).sqrt()}"))

@@ -11,7 +11,7 @@ from typing import Any
 from flint import acb, acb_mat, arb, arb_mat, fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import beside, between, circle_point, energy, hold, identity, resolved, solved
-from replication.verify.kernel import Below, Hurwitz, Positive, decide
+from replication.verify.kernel import decide, definite, hurwitz, less
 from replication.verify.nonuniform import gain
 from replication.verify.nonuniform.gain import ATTAINED, complex_vector, require_ratio
 from replication.verify.nonuniform.identities import logarithmic_norm, require_sharp_ends
@@ -81,9 +81,9 @@ def small_gain(A: fmpq_mat, Phi: arb_mat, alpha: Alpha) -> arb:
     response to a rational direction at a point of the unit circle.
     """
     path, unit = alpha.response.path, arb_mat(identity(A.nrows()))
-    decide(Positive(alpha.P, f"{path}.P"))
+    decide(definite(alpha.P, f"{path}.P"))
     room = bounded_real(arb_mat(alpha.P), Phi, unit, arb_mat(A) * Phi, unit * arb(alpha.upper**2))
-    decide(Positive(room, f"{path}: the bounded real lemma at {alpha.upper}"))
+    decide(definite(room, f"{path}: the bounded real lemma at {alpha.upper}"))
     require_response(A, Phi, alpha.lower, alpha.response)
     return between(alpha.lower, alpha.upper)
 
@@ -108,7 +108,7 @@ def covered(h: arb, below: arb, above: arb, printed: arb, gain: arb) -> Interval
     for mu in (below, above):
         require(bool(mu != 0) and bool(mu > -gain), f"(9) is not in case L3 and U3: mu = {mu.str(5)}")
     argument = 1 + printed / gain
-    decide(Below(0, argument, "the logarithm of U3 has no value"))
+    decide(less(0, argument, "the logarithm of U3 has no value"))
     return Interval(h - (1 + below / gain).log() / below, h + argument.log() / above)
 
 
@@ -153,7 +153,7 @@ def before(first: arb, second: arb) -> bool:
     """Whether first < second; refused if the balls do not tell them apart."""
     if first < second:
         return True
-    decide(Below(second, first, f"{first.str(8)} and {second.str(8)} are not told apart"))
+    decide(less(second, first, f"{first.str(8)} and {second.str(8)} are not told apart"))
     return False
 
 
@@ -192,7 +192,7 @@ def upper_end(plant: Plant) -> Found:
         require(before(above, below), "the printed end of U3 does not go too far")
         printed = f"as printed the bound exceeds 1/alpha at the end by a factor in {(below / above).str(6)}"
         return Found(words={"printed": printed})
-    decide(Below(above, 0, "neither U3 nor its misprint is decided by these signs"))
+    decide(less(above, 0, "neither U3 nor its misprint is decided by these signs"))
     Phi = hold(plant.A, plant.B, seconds(plant.middle))[0]
     unit = arb_mat(identity(plant.order))
     at_one = arb_mat(plant.A) * Phi * solved(unit - Phi, unit, "I - Phi is not proved invertible")
@@ -234,7 +234,7 @@ def one_interval(plant: Plant, passes: list[list[Alpha]]) -> Found:
     system of every filter with A_f Schur is stable on all of it; {size} elements cover the range.
     """
     elements, intervals = run_algorithm(plant, passes)
-    decide(Hurwitz(plant.A, "the plant"))
+    decide(hurwitz(plant.A, "the plant"))
     require(not covers(intervals[0], seconds(plant.h_l), seconds(plant.h_u)), "one element covers the range")
     return Found(words={"size": len(elements)})
 
@@ -299,7 +299,7 @@ def same_level(plant: Plant, cells: int, cell: int, alpha: fmpq, radius: fmpq, l
     case = Case(ends=(plant.h_l, plant.h_u), weight="samples", filter=proof["filter"], level=level)
     gain.require_level(plant, case, level, proof["storage"])
     forced = min(alpha, alpha * radius)
-    decide(Below(level, forced, f"the level {level} of the filter is not below {forced}"))
+    decide(less(level, forced, f"the level {level} of the filter is not below {forced}"))
     return Found(words={"forced": forced})
 
 
@@ -328,7 +328,7 @@ def grid_solution_fails(
     With P the inverse of P-bar, (6) is [P - C-bar' C-bar, 0; 0, g^2 I] - M'P M > 0 (Schur complements); at all periods
     it would give the level to every sequence (Lemma 1).
     """
-    decide(Positive(P, "witness.P"))
+    decide(definite(P, "witness.P"))
     case = Case(ends=(plant.h_l, plant.h_u), weight="samples", filter=filter, level=level)
     elements, _ = run_algorithm(plant, passes)
     for h in elements:

@@ -6,7 +6,7 @@ Matrices are letters, so that the identities hold for plants, filters and signal
 from flint import arb, fmpq, fmpq_mat
 
 from replication.verify.algebra.symbolic import IDENTITY, blocks, letters, number
-from replication.verify.kernel import Equal, Identity, decide
+from replication.verify.kernel import decide, equal, identical
 from replication.verify.nonuniform.system import Plant, on_plant
 from replication.verify.predicate import Says
 from replication.verify.statement import statement
@@ -23,8 +23,8 @@ def lemma_2() -> None:
     """
     a, p, d, e, b = map(number, "apdeb")
     moved = 1 + a * e
-    decide(Equal(moved * p, p + e * a * p, "Phi(h_0 + theta) is not (I + Delta A) Phi(h_0)"))
-    decide(Equal((e + moved * d) * b, d * b + e * (a * d * b + b), "Gamma(h_0 + theta) is not as in Lemma 2"))
+    decide(equal(moved * p, p + e * a * p, "Phi(h_0 + theta) is not (I + Delta A) Phi(h_0)"))
+    decide(equal((e + moved * d) * b, d * b + e * (a * d * b + b), "Gamma(h_0 + theta) is not as in Lemma 2"))
 
 
 def logarithmic_norm(A: fmpq_mat) -> arb:
@@ -45,13 +45,13 @@ def lemma_3(plant: Plant) -> Found:
     the matrix mu I - S has the trace r >= 0 and the determinant zero, so it is positive semidefinite.
     """
     A, x = letters("A", "x")
-    decide(Identity(x.T @ (A @ x) + (A @ x).T @ x, x.T @ ((A + A.T) * fmpq(1, 2)) @ x * 2, "the rate of |x|^2"))
+    decide(identical(x.T @ (A @ x) + (A @ x).T @ x, x.T @ ((A + A.T) * fmpq(1, 2)) @ x * 2, "the rate of |x|^2"))
     s_11, s_12, s_22, r = map(number, ("s_11", "s_12", "s_22", "r"))
     mu = (s_11 + s_22 + r) / 2
-    decide(Equal((mu - s_11) + (mu - s_22), r, "the trace of mu I - S is not r"))
+    decide(equal((mu - s_11) + (mu - s_22), r, "the trace of mu I - S is not r"))
     determinant = (mu - s_11) * (mu - s_22) - s_12 * s_12
     square = (s_11 - s_22) * (s_11 - s_22) + 4 * s_12 * s_12
-    decide(Equal(4 * determinant, r * r - square, "det(mu I - S) is not zero"))
+    decide(equal(4 * determinant, r * r - square, "det(mu I - S) is not zero"))
     return Found(words={"mu": logarithmic_norm(plant.A)})
 
 
@@ -68,11 +68,11 @@ def loop_map(plant: Plant) -> Found:
     W, R, B_1, C_1, Delta, B, C, D, v, w, eta = letters("W", "R", "B_1", "C_1", "Delta", "B", "C", "D", "v", "w", "eta")
     residual = W @ v - B_1 @ Delta @ (C_1 @ v + D @ w) - B @ w
     expected = (W - B_1 @ Delta @ C_1) @ v - (B + B_1 @ Delta @ D) @ w
-    decide(Identity(residual, expected, "the loop (7)"))
+    decide(identical(residual, expected, "the loop (7)"))
     S_11, S_12, S_21, S_22 = C_1 @ R @ B_1, D + C_1 @ R @ B, C @ R @ B_1, C @ R @ B
     reached = R @ (B_1 @ Delta @ eta + B @ w)
-    decide(Identity(eta - C_1 @ reached - D @ w, eta - S_11 @ Delta @ eta - S_12 @ w, "the equation of eta"))
-    decide(Identity(C @ reached, S_21 @ Delta @ eta + S_22 @ w, "the output e"))
+    decide(identical(eta - C_1 @ reached - D @ w, eta - S_11 @ Delta @ eta - S_12 @ w, "the equation of eta"))
+    decide(identical(C @ reached, S_21 @ Delta @ eta + S_22 @ w, "the output e"))
     n, m, s = plant.A.nrows(), plant.B.ncols(), plant.L.nrows()
     require(m != n and s != n, "the printed order of the factors has a value here: m = n or s = n")
     return Found(words={"n": n, "m": m, "s": s})
@@ -95,11 +95,11 @@ def congruence() -> None:
     J_1, T = blocks([[Z, zero], [Y, V]]), blocks([[same, same], [below, zero]])
     A_bar = blocks([[Phi, zero], [B_f @ C, A_f]])
     B_bar = blocks([[Gamma], [B_f @ D]])
-    decide(Identity(J_1 @ T, blocks([[Z, Z], [Z, Y]]), "J_1'PJ_1 = [Z Z; Z Y]"))
+    decide(identical(J_1 @ T, blocks([[Z, Z], [Z, Y]]), "J_1'PJ_1 = [Z Z; Z Y]"))
     moved = blocks([[Z @ Phi, Z @ Phi], [Y @ Phi + F @ C + Q, Y @ Phi + F @ C]])
-    decide(Identity(J_1 @ A_bar @ T, moved, "J_1'APJ_1 in (10)"))
-    decide(Identity(J_1 @ B_bar, blocks([[Z @ Gamma], [Y @ Gamma + F @ D]]), "J_1'B in (10)"))
-    decide(Identity(blocks([[L, -C_f]]) @ T, blocks([[L - G, L]]), "CPJ_1 = [L - G, L]"))
+    decide(identical(J_1 @ A_bar @ T, moved, "J_1'APJ_1 in (10)"))
+    decide(identical(J_1 @ B_bar, blocks([[Z @ Gamma], [Y @ Gamma + F @ D]]), "J_1'B in (10)"))
+    decide(identical(blocks([[L, -C_f]]) @ T, blocks([[L - G, L]]), "CPJ_1 = [L - G, L]"))
 
 
 @statement("nonuniform.recovery", source="mustafa", holds=True, says="recovery (11)")
@@ -113,9 +113,9 @@ def recovery() -> None:
     Y, S, W, A_f, B_f = letters("Y", "S", "W", "A_f", "B_f")
     V = -(Y @ S)
     Z = Y + V @ W
-    decide(Identity(Y - Z, Y @ S @ W, "Y (I - Y^{-1}Z) = Y S W"))
-    decide(Identity(-(V @ A_f @ W), Y @ S @ A_f @ W, "-Q = Y S A_f W"))
-    decide(Identity(-(V @ B_f), Y @ S @ B_f, "-F = Y S B_f"))
+    decide(identical(Y - Z, Y @ S @ W, "Y (I - Y^{-1}Z) = Y S W"))
+    decide(identical(-(V @ A_f @ W), Y @ S @ A_f @ W, "-Q = Y S A_f W"))
+    decide(identical(-(V @ B_f), Y @ S @ B_f, "-F = Y S B_f"))
 
 
 def require_sharp_ends() -> None:
@@ -126,8 +126,8 @@ def require_sharp_ends() -> None:
     """
     alpha, m, E, f = map(number, ("alpha", "m", "E", "f"))
     m_f, inside = alpha * (E - 1), alpha + m * f
-    decide(Equal(m_f.derivative("E") * m * E, m * (alpha + m_f), "the bound of Lemma 3 does not grow at this rate"))
-    decide(Equal(inside.derivative("f"), m, "the logarithm of (9) is not the time to reach a level at this rate"))
+    decide(equal(m_f.derivative("E") * m * E, m * (alpha + m_f), "the bound of Lemma 3 does not grow at this rate"))
+    decide(equal(inside.derivative("f"), m, "the logarithm of (9) is not the time to reach a level at this rate"))
 
 
 # Lemma 1, the stability of Theorems 1 to 3 and the level of Theorem 3, for plants, filters and signals of any size.
@@ -159,7 +159,7 @@ def stability() -> None:
     A_bar, following = (blocks([[Phi, Phi * 0], [driven, A_f]]) for Phi in (first, second))
     beside = driven @ second + A_f @ driven
     decide(
-        Identity(A_bar @ following, blocks([[first @ second, first * 0], [beside, A_f @ A_f]]), "a product of A-bar")
+        identical(A_bar @ following, blocks([[first @ second, first * 0], [beside, A_f @ A_f]]), "a product of A-bar")
     )
 
 
@@ -186,4 +186,4 @@ def _dissipation() -> None:
     diagonal = p.T @ P @ p + q.T @ q + r.T @ P @ r + w.T @ G @ w
     beside = p.T @ (A @ P @ r + driven) + q.T @ (C @ P @ r)
     loss = p.T @ P @ p - r.T @ P @ r + q.T @ q - w.T @ G @ w
-    decide(Identity(beside + beside.T - diagonal, loss, "the form of (6)"))
+    decide(identical(beside + beside.T - diagonal, loss, "the form of (6)"))

@@ -9,7 +9,7 @@ from flint import arb, arb_mat, fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, energy, hold, identity, product, solved, zeros
 from replication.verify.algebra.work import BALL, spend
-from replication.verify.kernel import AtMost, Hurwitz, Positive, decide
+from replication.verify.kernel import at_most, decide, definite, hurwitz
 from replication.verify.nonuniform import gain, system
 from replication.verify.nonuniform.gain import ATTAINED, Storage
 from replication.verify.nonuniform.system import (
@@ -54,12 +54,12 @@ def require_no_filter_below(plant: Plant, period: Time, level: fmpq, start: list
         require(len(start) == n, "witness.start must be a state")
         require(plant.D.nrows() == plant.D.ncols(), "D is neither zero nor square")
         require(plant.D.det() != 0, "D is neither zero nor invertible")
-        decide(Hurwitz(plant.A, "the plant"))
+        decide(hurwitz(plant.A, "the plant"))
         ratio = plant.D.inv() * plant.C
         back = solved(Phi - Gamma * arb_mat(ratio), arb_mat(identity(n)), "Phi - Gamma D^-1 C is not proved invertible")
         # J is Schur if X = I + J'XJ has a positive definite solution (Lyapunov).
         X = energy_before(back, arb_mat(identity(n)))
-        decide(Positive(X, "the energy of the zeros of w -> y, which must lie outside the unit circle,"))
+        decide(definite(X, "the energy of the zeros of w -> y, which must lie outside the unit circle,"))
         following = (Phi - Gamma * arb_mat(ratio)) * x
         supplied = _quadratic(energy_before(back, arb_mat(ratio.transpose() * ratio)), x)
         seen = _quadratic(energy_before(back, L.transpose() * L), following)
@@ -133,7 +133,7 @@ def gain_upper(plant: Plant, parameters: Case, upper: fmpq, storage: Storage) ->
 def keeps_level(plant: Plant, parameters: Case, upper: fmpq, storage: Storage) -> None:
     """The given filter has the level {parameters.level:up} {parameters.scope}."""
     gain.require_level(plant, parameters, upper, storage)
-    decide(AtMost(upper, parameters.level, f"the bound {upper} exceeds the level {parameters.level}"))
+    decide(at_most(upper, parameters.level, f"the bound {upper} exceeds the level {parameters.level}"))
 
 
 @on_filtered("nonuniform.gain-lower", parameters=CASE, bound=LOWER, witness=ATTAINED, says=OF_FILTER)
@@ -148,7 +148,7 @@ def breaks_level(plant: Plant, parameters: Case, lower: fmpq, **motion: Any) -> 
     {lower:down}.
     """
     gain.require_attained(plant, parameters, lower, **motion)
-    decide(AtMost(parameters.level, lower, f"the bound {lower} is below the level {parameters.level}"))
+    decide(at_most(parameters.level, lower, f"the bound {lower} is below the level {parameters.level}"))
 
 
 @on_plant(
@@ -205,7 +205,7 @@ def no_filter_keeps_level(plant: Plant, period: str, level: fmpq, lower: fmpq, s
     """
     constant = plant.period(period)
     require_no_filter_below(plant, constant, lower, start)
-    decide(AtMost(level, lower, f"the bound {lower} is below the level {level}"))
+    decide(at_most(level, lower, f"the bound {lower} is below the level {level}"))
     return Found(words={"period": system.in_words(constant)})
 
 

@@ -19,18 +19,10 @@ from replication.verify.algebra.linear import above as above_
 from replication.verify.algebra.linear import below as below_
 from replication.verify.algebra.linear import circle_point, complex_of, hold, identity, largest, resolved, rounded_ends
 from replication.verify.algebra.work import BALL, spend
-from replication.verify.kernel import Below, Hurwitz, Positive, decide, holds
+from replication.verify.kernel import decide, definite, holds, hurwitz, less
 from replication.verify.nonuniform.gain import Fails, Pair, require_everywhere
 from replication.verify.nonuniform.grid import bounded_real
-from replication.verify.nonuniform.system import (
-    PERIOD,
-    Filter,
-    Plant,
-    in_words,
-    on_filtered,
-    on_plant,
-    seconds,
-)
+from replication.verify.nonuniform.system import PERIOD, Filter, Plant, in_words, on_filtered, on_plant, seconds
 from replication.verify.predicate import Says
 from replication.verify.reading import MAX_ENTRIES, fields, integer, positive, rational, sequence, sized, symmetric
 from replication.verify.statement import Depends
@@ -64,11 +56,11 @@ def breaks_condition(plant: Plant, period: str) -> Found:
     The norm of T(z) is not below the modulus of an eigenvalue, in whatever coordinates. A constant change is one of the
     sequences, so that the gain for every sequence is no less.
     """
-    decide(Hurwitz(plant.A, "the plant"))
+    decide(hurwitz(plant.A, "the plant"))
     changed = plant.period(period)
     h_0, h = seconds(plant.middle), seconds(changed)
     moduli = [modal(a, h_0, h) for a in eigenvalues(plant.A)]
-    reached = [size for size in moduli if holds(Below(1, size, "one"))]
+    reached = [size for size in moduli if holds(less(1, size, "one"))]
     require(reached != [], f"the eigenvalues give {moduli[0].str(5)} and {moduli[1].str(5)} there, not more than one")
     return Found(words={"period": in_words(changed), "least": reached[0]})
 
@@ -88,15 +80,15 @@ def meets_condition(plant: Plant, P: list[fmpq_mat]) -> Found:
     coordinates the factors are diagonal, so that the gain is the largest r(a, h); for real a < 0 the modulus in r is
     largest at an end of the range.
     """
-    decide(Hurwitz(plant.A, "the plant"))
+    decide(hurwitz(plant.A, "the plant"))
     require(0 < len(P) <= MOST_PIECES, f"witness.P must have 1 to {MOST_PIECES} matrices")
     values = eigenvalues(plant.A)
     trace, determinant = plant.A[0, 0] + plant.A[1, 1], plant.A.det()
-    decide(Below(4 * determinant, trace * trace, "the eigenvalues of A are not real and different"))
+    decide(less(4 * determinant, trace * trace, "the eigenvalues of A are not real and different"))
     h_0 = seconds(plant.middle)
     sizes = [modal(a, h_0, seconds(h)) for a in values for h in (plant.h_l, plant.h_u)]
     for size in sizes:
-        decide(Below(size, 1, "in modal coordinates the norm is not proved to be below one"))
+        decide(less(size, 1, "in modal coordinates the norm is not proved to be below one"))
     for k, (first, last) in enumerate(pairwise([fmpq(i, len(P)) for i in range(len(P) + 1)])):
         require_everywhere(_fails(plant, P[k]), first, last, [(k, k)], HALVINGS)
     return Found(words={"most": max(sizes, key=lambda size: float(size.upper()))})
@@ -106,14 +98,14 @@ def _fails(plant: Plant, P: fmpq_mat) -> Fails:
     """The bounded real lemma for T at the level one, C = A Phi, and the changes to all periods between two shares."""
     n, middle, unit = plant.order, seconds(plant.middle), identity(plant.order)
     Phi = hold(plant.A, plant.B, middle)[0]
-    decide(Positive(arb_mat(P), "witness.P"))
+    decide(definite(arb_mat(P), "witness.P"))
 
     def fails(a: fmpq, b: fmpq, transitions: list[Pair]) -> list[Pair]:
         spend(30 * n**3 * BALL, "condition (8)")
         h = seconds(plant.along(a)).union(seconds(plant.along(b)))
         D = hold(plant.A, unit, h - middle)[1]
         room = bounded_real(arb_mat(P), Phi, D, arb_mat(plant.A) * Phi, arb_mat(unit))
-        return [] if holds(Positive(room, "the bounded real lemma")) else transitions
+        return [] if holds(definite(room, "the bounded real lemma")) else transitions
 
     return fails
 
@@ -175,7 +167,7 @@ def output_matrix(plant: Plant, level: fmpq, above: list[list[Point]], below: li
         for i, (normal, _) in enumerate(side)
     ]
     tilt, most = largest(tilts), largest([limit for side in sides for _, limit in side]).max(arb(0))
-    decide(Below(tilt, 1, "the half-spaces do not bound C_f"))
+    decide(less(tilt, 1, "the half-spaces do not bound C_f"))
     spare = tilt * most / (1 - tilt)
     upper, lower = ([limit + spare for _, limit in side] for side in sides)
     items = tuple((rounded_ends(-low)[0], rounded_ends(high)[1]) for low, high in zip(lower, upper, strict=True))

@@ -13,7 +13,7 @@ from typing import Any
 from flint import arb, arb_mat, fmpq, fmpq_mat
 
 from replication.verify.algebra.linear import block, generator
-from replication.verify.kernel import Hurwitz, Within, decide
+from replication.verify.kernel import decide, hurwitz, within
 from replication.verify.reading import fields, matrix, one_of, rational, record, sequence, sized, states
 from replication.verify.statement import statement
 from replication.verify.theorem import Refused, require
@@ -95,23 +95,18 @@ class Plant:
 
 
 def read_plant(value: Any, path: str = "plant") -> Plant:
-    """The plant of a certificate, shapes checked; a filter that is printed with it is left alone."""
+    """The plant of a certificate, shapes checked, with the filter that is printed with it, if any."""
     beside = ["filter"] if isinstance(value, dict) and "filter" in value else []
-    A, B, C, D, L, *ends = fields(value, path, "A", "B", "C", "D", "L", "h_l", "h_u", "name", *beside)[:7]
+    A, B, C, D, L, *ends, _ = fields(value, path, "A", "B", "C", "D", "L", "h_l", "h_u", *beside, "name")
     A = states(A, f"{path}.A")
     n = A.nrows()
     B, C = matrix(B, f"{path}.B", rows=n), matrix(C, f"{path}.C", columns=n)
     D, L = matrix(D, f"{path}.D", C.nrows(), B.ncols()), matrix(L, f"{path}.L", columns=n)
-    h_l, h_u = (read_time(end, f"{path}.{name}") for end, name in zip(ends, ("h_l", "h_u"), strict=True))
+    h_l, h_u = (read_time(end, f"{path}.{name}") for end, name in zip(ends[:2], ("h_l", "h_u"), strict=True))
     require(seconds(h_l) > 0, f"{path}.h_l must be positive")
     require(seconds(h_u) > seconds(h_l), f"{path}.h_u must exceed {path}.h_l")
-    return Plant(A, B, C, D, L, h_l, h_u)
-
-
-def read_filtered(value: Any, path: str) -> Plant:
-    """The plant of a certificate with the filter that is printed with it, if any."""
-    plant = read_plant(value, path)
-    return replace(plant, filter=read_filter(value["filter"], f"{path}.filter", plant)) if "filter" in value else plant
+    plant = Plant(A, B, C, D, L, h_l, h_u)
+    return replace(plant, filter=read_filter(ends[2], f"{path}.filter", plant)) if beside else plant
 
 
 def read_time(value: Any, path: str) -> Time:
@@ -165,7 +160,7 @@ def in_words(time: Time) -> str:
 
 
 on_plant = partial(statement, source="mustafa", plant=read_plant, bits=PRECISION)
-on_filtered = partial(statement, plant=read_filtered, bits=PRECISION)
+on_filtered = partial(on_plant, source="")
 """Statements on a plant, with the words of the paper, and on one with the filter that is printed with it."""
 
 
@@ -231,5 +226,5 @@ def require_stable(plant: Plant, filter_: Filter) -> None:
 
     A-bar(h) is block triangular; a product of the Phi(h_k) is e^{A t} with t the sum of the h_k >= h_l > 0, and decays.
     """
-    decide(Hurwitz(plant.A, "the plant"))
-    decide(Within(filter_.A, "the poles of the filter"))
+    decide(hurwitz(plant.A, "the plant"))
+    decide(within(filter_.A, "the poles of the filter"))

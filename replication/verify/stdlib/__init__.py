@@ -8,8 +8,7 @@ known. Numbers are in `balls`, what is exact in `exact`; matrices and polynomial
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from operator import add, sub
+from operator import add
 from typing import Any
 
 from replication.verify.stdlib.balls import acb, arb, ball, ctx, enclosed, exponential, fmpq, fmpz, times
@@ -66,16 +65,9 @@ class _Matrix(Matrix):
         return self.rows[place[0]][place[1]]
 
     def __add__(self, other: Any) -> Any:
-        return self.entrywise(other, add)
-
-    def __sub__(self, other: Any) -> Any:
-        return self.entrywise(other, sub)
-
-    def entrywise(self, other: Any, combined: Callable[[Any, Any], Any]) -> Any:
-        """Of the entries at each place."""
         if not isinstance(other, type(self)):
             return NotImplemented
-        rows = [list(map(combined, *both)) for both in zip(self.rows, other.rows, strict=True)]
+        rows = [list(map(add, *both)) for both in zip(self.rows, other.rows, strict=True)]
         return self.like(rows, self.columns)
 
     def __mul__(self, other: Any) -> Any:

@@ -197,18 +197,6 @@ class arb(Ring):
             raise ValueError("a ball of more than one number is no rational")
         return fmpq(self.m, ONE)
 
-    def floor(self) -> arb:
-        """The largest whole number that is not above it."""
-        return _between(*(end >> BITS << BITS for end in (self.m - self.r, self.m + self.r)))
-
-    def ceil(self) -> arb:
-        """The smallest whole number that is not below it."""
-        return -(-self).floor()
-
-    def unique_fmpz(self) -> fmpz | None:
-        """The whole number, where it is only one."""
-        return None if self.r or self.m & REST else fmpz(self.m >> BITS)
-
     def union(self, other: Any) -> arb:
         """All numbers between those of both."""
         b = arb(other)

@@ -1,8 +1,7 @@
-"""Exact matrices and polynomials: integers over one denominator, eliminated without fractions; roots enclosed."""
+"""Exact matrices and polynomials: integers over one denominator, eliminated without fractions."""
 
 from __future__ import annotations
 
-import cmath
 from collections.abc import Iterable, Sequence
 from itertools import zip_longest
 from math import gcd, lcm
@@ -10,12 +9,8 @@ from operator import mul
 from typing import Any
 
 from replication.verify.stdlib.balls import Ring, acb, arb, fmpq
-from replication.verify.theorem import Refused
 
 Rows = list[list[int]]
-STEPS = 200
-"""Of the search for roots, which ends as soon as nothing moves any more."""
-NEAR = fmpq(1, 2**200)
 
 
 class Polynomial(Ring):
@@ -76,96 +71,6 @@ class fmpq_poly(Polynomial):
     """A polynomial with rational coefficients."""
 
     __slots__ = ()
-
-    def divided(self, other: fmpq_poly) -> tuple[fmpq_poly, fmpq_poly]:
-        """Quotient and remainder."""
-        rest, quotient = [*self.terms], []
-        for shift in range(len(rest) - len(other.terms), -1, -1):
-            factor = rest[shift + other.degree()] / other.terms[-1]
-            quotient.append(factor)
-            for i, c in enumerate(other.terms):
-                rest[shift + i] = rest[shift + i] - factor * c
-        return fmpq_poly(quotient[::-1]), fmpq_poly(rest)
-
-    def common(self, other: fmpq_poly) -> fmpq_poly:
-        """The greatest common divisor, with the leading coefficient one (Euclid)."""
-        a, b = self, other
-        while b.terms:
-            a, b = b, a.divided(b)[1]
-        return fmpq_poly([c / a.terms[-1] for c in a.terms])
-
-    def complex_roots(self) -> list[tuple[acb, int]]:
-        """Enclosures of all roots, apart from each other, with their multiplicities: real ones first, rising.
-
-        The factors of the multiplicities 1, 2, .. are common divisors of the polynomial and its derivatives (Yun).
-        """
-        roots, multiplicity = [], 0
-        whole = self.common(self.derivative()) if self.degree() > 0 else self
-        left = self.divided(whole)[0]
-        while left.degree() > 0:
-            multiplicity += 1
-            common = left.common(whole)
-            roots += [(root, multiplicity) for root in _simple_roots(left.divided(common)[0])]
-            left, whole = common, whole.divided(common)[0]
-        _require_apart([root for root, _ in roots])
-        return sorted(roots, key=lambda each: _place(each[0]))
-
-
-def _place(root: acb) -> tuple[bool, float, float]:
-    return root.imag != 0, float(root.real), -float(root.imag)
-
-
-def _require_apart(discs: Sequence[acb]) -> None:
-    for i, first in enumerate(discs):
-        for second in discs[:i]:
-            if (first.real - second.real).contains(0) and (first.imag - second.imag).contains(0):
-                raise Refused("the roots of a polynomial are not told apart")
-
-
-def _simple_roots(polynomial: fmpq_poly) -> list[acb]:
-    """Enclosures of the roots of a polynomial that has no root twice.
-
-    Around each point near a root there is one within n |p/p'|. As many such regions, apart from each other, as there
-    are roots hold one each; so one that meets its mirror image holds a real root.
-    """
-    n = polynomial.degree()
-    if n < 1:
-        return []
-    monic = fmpq_poly([c / polynomial.terms[-1] for c in polynomial.terms])
-    slope, discs = monic.derivative(), []
-    for z in _guesses(monic):
-        rate = slope(z)
-        if rate.contains(0):
-            raise Refused("the roots of a polynomial are not told apart")
-        far = (abs(monic(z) / rate) * n).upper()
-        real = abs(z.imag) <= far
-        discs.append(acb(arb(z.real, far + abs(z.imag)), arb(0)) if real else acb(arb(z.real, far), arb(z.imag, far)))
-    _require_apart(discs)
-    return discs
-
-
-def _guesses(monic: fmpq_poly) -> list[acb]:
-    """Approximations of all roots, by the iteration of Durand and Kerner in middles of balls; nothing is proved."""
-    n = monic.degree()
-    try:
-        radius = max((abs(float(c)) ** (1 / (n - k)) for k, c in enumerate(monic.terms[:-1])), default=0.0) or 1.0
-    except OverflowError:
-        raise Refused("the roots of a polynomial are beyond the range of floats") from None
-    start = [cmath.rect(radius, 2 * cmath.pi * k / n + 0.4) for k in range(n)]
-    roots = [acb(fmpq(z.real), fmpq(z.imag)).mid() for z in start]
-    for _ in range(STEPS):
-        moved = False
-        for i, z in enumerate(roots):
-            apart = acb(1)
-            for j, other in enumerate(roots):
-                apart = apart * (z - other).mid() if j != i else apart
-            if not apart.contains(0):
-                step = (monic(z) / apart).mid()
-                roots[i] = (z - step).mid()
-                moved = moved or not abs(step) <= NEAR
-        if not moved:
-            break
-    return roots
 
 
 def shaped(rows: Any, columns: int | None, entries: Iterable[Any] | None) -> list[list[Any]] | None:
