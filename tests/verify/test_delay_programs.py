@@ -47,11 +47,10 @@ def test_a_pade_model_of_ones_own_is_certified_from_both_sides() -> None:
     assert 0 < high / low - 1 < fmpq(1, 10)
 
 
-@pytest.mark.parametrize("rule", ["outer", "inner"])
-def test_both_bounds_with_kernels_in_one_variable_agree(rule: str) -> None:
-    """Degree 1 of Example 2 from both sides: squares below the functional would contradict it."""
-    theorem = {**certificate("ex2-d1-lower"), "name": "own", "paper": None, "claims": []}
-    theorem["parameters"] = {"degree": 1, "rule": rule}
+@pytest.mark.parametrize(("rule", "plant"), [("outer", two_delays()), ("inner", certificate("ex2-d1-lower")["plant"])])
+def test_both_bounds_with_kernels_in_one_variable_agree(rule: str, plant: Json) -> None:
+    """Degree 1 from both sides: squares below the functional would contradict it."""
+    theorem = own("delay.narrow-lower", plant=plant, parameters={"degree": 1, "rule": rule})
     upper = {**theorem, "statement": "delay.narrow-upper", **maker.narrow_upper(theorem)}
     lower = {**theorem, "statement": "delay.narrow-lower", **dual_maker.narrow_lower(theorem)}
     high, low = check(upper).upper, check(lower).lower
