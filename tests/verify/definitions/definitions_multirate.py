@@ -56,7 +56,7 @@ def error_steps(told: Data, gains: list[Matrix], measured: list[list[int]]) -> S
     return [(A - L @ s @ C, np.hstack([B, -L @ s @ D]), W, J) for L, s in zip(gains, S, strict=True)]
 
 
-def game(told: Data, measured: list[list[int]], level: float, instants: int = 6000) -> list[Matrix] | None:
+def game(told: Data, measured: list[list[int]], level: float, instants: int = 3000) -> list[Matrix] | None:
     """Gains of the central one-step predictor at a level, from an error of zero; None when there is none.
 
     X+ = A (X^-1 + C'(DD')^-1 C - W'W/level^2)^-1 A' + B_d B_d'; a predictor exists on a horizon only if every X W'W has
@@ -65,16 +65,15 @@ def game(told: Data, measured: list[list[int]], level: float, instants: int = 60
     A, B, W, C, D = matrices(told)
     n, X = len(A), np.zeros_like(A)
     gains = [np.zeros((n, len(C))) for _ in measured]
+    seen = [C[rows].T @ np.linalg.inv(D[rows] @ D[rows].T) for rows in measured]
+    known = [part @ C[rows] - W.T @ W / level**2 for part, rows in zip(seen, measured, strict=True)]
     for _ in range(instants // len(measured)):
         before = X
         for k, rows in enumerate(measured):
             if np.linalg.eigvalsh(W @ X @ W.T)[-1] >= level**2:
                 return None
-            Ck, R = C[rows], D[rows] @ D[rows].T
-            G = Ck.T @ np.linalg.solve(R, Ck) - W.T @ W / level**2
-            M = A @ np.linalg.solve(np.eye(n) + X @ G, X)
-            gains[k] = np.zeros((n, len(C)))
-            gains[k][:, rows] = M @ Ck.T @ np.linalg.inv(R)
+            M = A @ np.linalg.solve(np.eye(n) + X @ known[k], X)
+            gains[k][:, rows] = M @ seen[k]
             X = M @ A.T + B @ B.T
             X = (X + X.T) / 2
         if np.abs(X - before).max() <= 1e-13 * np.abs(X).max():
@@ -212,7 +211,7 @@ def gain_under_losses(told: Data) -> None:
     for _ in range(40):
         walk: list[int] = []
         node = start = cases[rng.integers(len(cases))][0]
-        while len(walk) < 60 and (not walk or node != start):
+        while len(walk) < 30 and (not walk or node != start):
             i = rng.choice([i for i, case in enumerate(cases) if case[0] == node])
             walk, node = [*walk, i], cases[i][1]
         if node == start:
