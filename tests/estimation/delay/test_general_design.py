@@ -15,7 +15,6 @@ from benchmarks.delay_plants import EXAMPLES, PAGE, late_sensor, measured, rando
 from replication.errors import InfeasibleError, InvalidInputError, ReplicationError, SolverError
 from replication.estimation.conic.interior import Block, solve
 from replication.estimation.delay import (
-    DelayObserver,
     DelayPlant,
     DelayResult,
     analyse,
@@ -25,7 +24,6 @@ from replication.estimation.delay import (
 )
 from replication.estimation.delay.exact.central import scaling_of
 from replication.estimation.delay.exact.response import right_roots
-from replication.estimation.delay.exact.smoothing import error_covariance
 from replication.estimation.delay.exact.terms import plant_terms
 from replication.estimation.delay.general import design as designs
 from replication.estimation.delay.general.cone import (
@@ -81,16 +79,11 @@ def test_a_design_keeps_its_level(plant) -> None:  # type: ignore[no-untyped-def
     assert right_roots(wrong.error)[1] or exact_gain(wrong, 1e-3).lower > bracket.upper
 
 
-def rms(observer: DelayObserver) -> float:
-    """The rms error of z."""
-    return float(np.sqrt(np.trace(error_covariance(plant_terms(observer.plant), observer.terms)[0])))
-
-
 QUANTITIES: dict[str, Any] = {
     "least level": lambda plant: limit(plant).level,
     "level of a degree": lambda plant: least_level(plant, 3).level,
     "gain of the estimate zero": lambda plant: exact_gain(made_up(plant, 0.0)).lower,
-    "rms by the Kalman filter": lambda plant: rms(designs.Designs(plant, None).exact(np.inf)[0]),
+    "rms by the Kalman filter": lambda plant: design(plant, goal="h2").fact("rms error of z").value,
 }
 HOUR, ONE = 3600.0, np.ones(1)
 
