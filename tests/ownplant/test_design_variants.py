@@ -75,7 +75,7 @@ TWICE = ("unstable", "integrators, two sensors")
 @cache
 def result_of(name: str) -> StampedResult:
     plant, periods = PLANTS[name]
-    return design_stamped(plant, periods=periods, horizon=60)
+    return design_stamped(plant, periods=periods, horizon=20)
 
 
 def test_both_arithmetics_prove_the_level_and_what_is_nearly_attained(tmp_path: Path) -> None:

@@ -69,7 +69,7 @@ def late(goal: str) -> Any:
 
 
 LOSSES: dict[str, tuple[MultiratePlant, tuple[int, ...], losses.InARow | losses.Independent | losses.Markov]] = {
-    "each sensor": (TURNING, (1, 2), losses.InARow((2, 1))),
+    "each sensor": (TURNING, (2, 1), losses.InARow((1, 2))),
     "packets": (TURNING, (2, 3), losses.InARow(1, together=True)),
     "one sensor, no inputs": (ALONE, (2,), losses.InARow(3)),
     "random": (TURNING, (1, 2), losses.Markov(after_arrival=0.1, after_loss=0.5)),

@@ -49,7 +49,7 @@ INTEGRATORS = StampedPlant([[0, 1], [0, 0]], [[0, 0], [1, 0]], [[1, 0]], [[0, 0.
 RANGE = PeriodRange(0.05, 0.4)
 LEVELS = 1e-5
 EFFORT = {"leaves": 4, "horizon": 60}
-SHORT = {"horizon": 60}
+SHORT = {"horizon": 20}
 
 
 @cache
@@ -105,7 +105,7 @@ def test_at_one_period_it_is_the_optimum_of_the_riccati_recursion(plant):
 @pytest.mark.parametrize(("plant", "periods"), [(SWING, SWING_RANGE), (UNSTABLE, RANGE), (INTEGRATORS, RANGE)])
 def test_the_running_observer_has_the_error_whose_gain_is_proved(plant, periods):
     """Plant and observer side by side, each with its own transitions, under the worst sequence and disturbance."""
-    result = design_stamped(plant, periods=periods, B_u=[[0.0], [1.0]], horizon=40)
+    result = design_stamped(plant, periods=periods, B_u=[[0.0], [1.0]], horizon=20)
     attack, observer = result.gain.attack, result.observer()
     x, t, errors, rng = np.zeros(plant.order), 0.0, [], np.random.default_rng(2)
     for h, w in zip(attack.periods, attack.w, strict=True):

@@ -39,14 +39,14 @@ class Delayed:
         self.A0, self.A, self.B, self.C10, self.C1, self.C2 = (
             array(plant[name]) for name in ("A0", "A", "B", "C10", "C1", "C2")
         )
-        self.delays, self.n = array(plant["delays"]), len(self.A0)
+        self.delays, self.n, self.unseen = array(plant["delays"]), len(self.A0), scipy.linalg.null_space(self.C2)
 
     def characteristic(self, s: complex, lag: Lag = lambda a: np.exp(-a)) -> Any:
         return s * np.eye(self.n) - self.A0 - sum(lag(s * t) * A for t, A in zip(self.delays, self.A, strict=True))
 
     def hidden(self, frequency: float, lag: Lag = lambda a: np.exp(-a)) -> float:
         """The largest |z|/|w| of motions at a frequency with C2 x = 0, under the w that solves the equation."""
-        s, unseen = 1j * frequency, scipy.linalg.null_space(self.C2)
+        s, unseen = 1j * frequency, self.unseen
         w = np.linalg.solve(self.B, self.characteristic(s, lag) @ unseen)
         z = (self.C10 + sum(lag(s * t) * C for t, C in zip(self.delays, self.C1, strict=True))) @ unseen
         return float(np.linalg.norm(z @ np.linalg.inv(np.linalg.qr(w)[1]), 2))

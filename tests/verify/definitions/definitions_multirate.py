@@ -65,16 +65,15 @@ def game(told: Data, measured: list[list[int]], level: float, instants: int = 60
     A, B, W, C, D = matrices(told)
     n, X = len(A), np.zeros_like(A)
     gains = [np.zeros((n, len(C))) for _ in measured]
+    seen = [C[rows].T @ np.linalg.inv(D[rows] @ D[rows].T) for rows in measured]
+    known = [part @ C[rows] - W.T @ W / level**2 for part, rows in zip(seen, measured, strict=True)]
     for _ in range(instants // len(measured)):
         before = X
         for k, rows in enumerate(measured):
             if np.linalg.eigvalsh(W @ X @ W.T)[-1] >= level**2:
                 return None
-            Ck, R = C[rows], D[rows] @ D[rows].T
-            G = Ck.T @ np.linalg.solve(R, Ck) - W.T @ W / level**2
-            M = A @ np.linalg.solve(np.eye(n) + X @ G, X)
-            gains[k] = np.zeros((n, len(C)))
-            gains[k][:, rows] = M @ Ck.T @ np.linalg.inv(R)
+            M = A @ np.linalg.solve(np.eye(n) + X @ known[k], X)
+            gains[k][:, rows] = M @ seen[k]
             X = M @ A.T + B @ B.T
             X = (X + X.T) / 2
         if np.abs(X - before).max() <= 1e-13 * np.abs(X).max():
