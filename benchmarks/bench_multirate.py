@@ -14,6 +14,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
+import scipy
 from cvxpy.error import SolverError as Unsolved
 from joblib import Parallel, delayed
 
@@ -30,7 +31,6 @@ from papers.okajima2023.printed import PLANT as PRINTED
 from replication.errors import InfeasibleError, SolverError
 from replication.estimation.conic import program as solvers
 from replication.estimation.linear.norms import l2_gain, white_noise_variance
-from replication.estimation.linear.periodic import block_diagonal
 from replication.estimation.multirate.optimum import kalman_design, optimal_design, optimum, search_timing
 from replication.estimation.multirate.plant import MultiratePlant
 from replication.estimation.multirate.problem import MultirateProblem, SensingSchedule
@@ -89,7 +89,7 @@ def cyclic_lmi_design(problem: MultirateProblem, *, accept: tuple[str, ...]) -> 
 
     plant, N, n, q = problem.plant, problem.schedule.period, problem.plant.order, problem.plant.sensors
     ahead, selected = np.roll(np.eye(N), 1, axis=0), [problem.schedule.selection(k) for k in range(N)]
-    C, D = (block_diagonal([S @ matrix for S in selected]) for matrix in (plant.C, plant.D))
+    C, D = (scipy.linalg.block_diag(*(S @ matrix for S in selected)) for matrix in (plant.C, plant.D))
     cyclic = np.kron(ahead, plant.A), np.kron(ahead, plant.B_d), C, D, np.kron(np.eye(N), plant.W)
     P, Y = cvxpy.Variable((N * n, N * n), symmetric=True), cvxpy.Variable((N * n, N * q))
     level_squared = cvxpy.Variable()

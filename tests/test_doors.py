@@ -2,6 +2,7 @@
 
 import ast
 import functools
+import importlib
 import itertools
 import re
 import subprocess
@@ -282,3 +283,9 @@ def test_no_file_is_read_that_may_bring_code_along() -> None:
     found = {str(path.relative_to(ROOT)) for path in sources if BRINGS_CODE.search(path.read_text(encoding="utf-8"))}
     assert found == ALLOWED
     assert BRINGS_CODE.search("joblib.Memory(folder)") and not BRINGS_CODE.search("joblib.Parallel(2)")
+
+
+@pytest.mark.parametrize("path", sorted((ROOT / "benchmarks").glob("*.py")), ids=lambda path: path.stem)
+def test_a_benchmark_finds_what_it_imports(path: Path) -> None:
+    """No test runs most of them."""
+    importlib.import_module(f"benchmarks.{path.stem}")
