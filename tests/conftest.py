@@ -50,8 +50,9 @@ LONGEST = (
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     first = {HERE / name: place for place, name in enumerate(LONGEST)}
     items.sort(key=lambda item: first.get(item.path, len(first)))
-    gc.collect()
-    gc.freeze()
+    if not gc.get_freeze_count():  # else this is a child of such a process, which shares its memory until it touches it
+        gc.collect()
+        gc.freeze()
 
 
 def sources() -> set[str]:

@@ -11,7 +11,7 @@ cart = multirate.MultiratePlant(
     A=[[1.0, 0.1], [0.0, 0.98]], B_d=[[0.0], [0.1]], C=[[0.0, 1.0], [1.0, 0.0]], D=np.diag([0.5, 0.1])
 )
 best = multirate.design(cart, periods=(1, 4))
-most = np.arange(6)
+most = np.arange(5)
 
 
 def level(work, count: int) -> float:

@@ -31,8 +31,10 @@ TAKEN = {
 """Fields of a file that a change by hand leaves without a problem, with the reason; all others are derived."""
 
 TAMPER = """
-import copy, itertools, json, sys
+import functools, json
 from pathlib import Path
+from replication.audit.store import provenance
+provenance.kernel = functools.cache(provenance.kernel)  # of this process, whatever a file says
 from replication.audit.inspect.check import check, differences, kept
 from replication.audit.model import Kind, Verdict
 from replication.audit.project import find_project
@@ -79,13 +81,12 @@ for path, value in places(content):
     for other in others(value) if path else ():
         if json.dumps(other) == json.dumps(value):
             continue
-        tampered = copy.deepcopy(content)
-        inner = tampered
-        for key in path[:-1]:
-            inner = inner[key]
+        inner = functools.reduce(lambda whole, key: whole[key], path[:-1], content)
         inner[path[-1]] = other
         tried += 1
-        if found(tampered) == base:
+        same = found(content) == base
+        inner[path[-1]] = value
+        if same:
             missed.append((".".join(str(key) for key in path if isinstance(key, str)), repr(value), repr(other)))
 print(json.dumps({"base": base, "missed": missed, "tried": tried}))
 """

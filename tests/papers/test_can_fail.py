@@ -1,6 +1,6 @@
 """Each claim, and each proof of an erratum, of each paper can fail: with other numbers in what was computed it does.
 
-Numbers are altered by the name under which they lie in the results, all that have it at once, one name after another.
+All numbers are altered at once, then by the name under which they lie in the results, one name after another.
 """
 
 import copy
@@ -158,7 +158,7 @@ def test_other_numbers_turn_each_verdict(key: str, fresh_run: Outcome) -> None:
     kept = []
     for claim in (claim for claim in paper.claims if claim.kind is not Kind.CITED):
         results = results_of(paper, claim.answer, fresh_run)
-        for tried in ([name] for name in DECISIVE[claim.id]) if claim.id in DECISIVE else [[*names(results), ALL]]:
+        for tried in ([name] for name in DECISIVE[claim.id]) if claim.id in DECISIVE else [[ALL, *names(results)]]:
             if not turns(judged(paper, claim), results, tried):
                 kept.append(claim.id)
     assert set(kept) == {name for name in (*BY_HAND, *ELSEWHERE) if name.startswith(f"{key}.")}, kept
