@@ -139,6 +139,15 @@ def test_what_follows_from_the_ends_of_whole_intervals() -> None:
     assert ball(0, 0) < ball(1, 0) and ball(1, 0) > ball(0, 0) and not ball(0, 1) < ball(1, 0)
 
 
+def test_a_product_that_is_cut_by_the_least_unit_is_held() -> None:
+    """3 times the inverse of 3 modulo 2^256, both exact, is a whole number of units and the least part of one."""
+    three, inverse = ball(3, 0), ball(pow(3, -1, ONE), 0)
+    exact = (Fraction(3 * inverse.m, ONE),) * 2
+    assert 3 * inverse.m % ONE == 1
+    for result in (three * inverse, (arb_mat([[three]]) * arb_mat([[inverse]])).tolist()[0][0]):
+        near(result, exact, 3)
+
+
 def test_a_number_is_rounded_outwards_and_a_default_is_zero() -> None:
     for number in (Fraction(1, 3), Fraction(-5, 7), Fraction(3, 8)):
         low, high = ends(arb(number))
