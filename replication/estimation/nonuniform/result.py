@@ -287,10 +287,8 @@ class StampedResult(SequenceResult):
     ) -> tuple[StampedFilter, Guarantee, Sequence[Evidence]]:
         """What `solve` proved, with a floor of any filter."""
         guarantee = solution.own["guarantee"]
-        floor, how = (
-            floor_of_any_filter(plant, periods, guarantee.level),
-            "Riccati recursion, the worst constant period",
-        )
+        floor = floor_of_any_filter(plant, periods, guarantee.level)
+        how = "Riccati recursion, the worst constant period"
         more = [] if floor is None else [Evidence("least level of any filter", floor, how)]
         return solution.own["filter"], guarantee, more
 
